@@ -222,7 +222,7 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
 
   /// Solves for Y. Takes b in Y, the first iterate in the solved blocks of `guess`; leaves Y, and w = Y − b.
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool knows_psi = false, SolveTolerance<Plain> allowed = {}) {
     if (options_.rtol > 0) allowed.target = 0;
     is_rms_ = allowed.target > 0 || options_.rtol > 0;
     increment_.begin(Y, gamma.drift);
@@ -234,7 +234,7 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
     for (int ahead = expected_;; ahead = 1) {
       parts_.clear();
       for (int k = 0; k < ahead; ++k) {
-        if (done + k > 0 || !psi_known) rhs.evaluate_into(t, Y, psi);
+        if (done + k > 0 || !knows_psi) rhs.evaluate_into(t, Y, psi);
         iterate(rhs, gamma, Y, psi, allowed);
       }
       if (is_rms_) Unknown::Ops::total(increment_.base.handle(), parts_);
@@ -246,7 +246,7 @@ class FixedPointResolvent<S, Rhs> : public ResolventDefaults {
           forget();
           return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
         }
-        record.add(size.resolution);
+        record.add(size.beside_all);
         ++rhs.statistics().iterations;
         const Judgement judgement = test.judge(done, size);
         if (judgement == Judgement::go_on) continue;

@@ -47,8 +47,8 @@ class SchemeOn<PhiScheme<Force, Drift, form>, S> : public SchemeDefaults {
   using Scheme = PhiScheme<Force, Drift, form>;
   using Scalar = ScalarOf<S>;
   /// The pair (φ, 0) without velocities solves nothing. `carries`: Ψ⁺ for the next step. A traced step has it of a force call
-  /// (TracedEquation::reach_end), at any φ. A plain step has it out of the solve, and leaves it where errors in it die out, that is
-  /// where φ > ½ (an error in a reused Ψ is multiplied by −(1−φ)/φ each step): leaves_force().
+  /// (TracedEquation::reach_end), at any φ. A plain step has it out of the solve, and leaves it where errors in it die out: each step
+  /// multiplies an error in a reused Ψ by −(1−φ)/φ, so for ½ < φ < 1 (φ = 1 asks for none): leaves_force().
   template <class Rhs>
   static constexpr KernelNeeds needs = [] {
     const bool solver = !is_zero_phi<Force> && (Rhs::couples_unknowns || !is_zero_phi<Drift>);

@@ -98,8 +98,8 @@ class PhiStepper {
     if constexpr (Traits::valid) {
       follow_size(state);
       if constexpr (Kernel::Transaction::in_registers && needs.passes > 0 && facts.takes_several)
-        return run_inlined(state, all, origin);
-      else return run(state, all, origin);
+        return take_inlined(state, all, origin);
+      else return take(state, all, origin);
     } else {
       return {};
     }
@@ -137,8 +137,8 @@ class PhiStepper {
         if (!accept(eq.y, std::as_const(eq.next), trace)) return Outcome::error_too_large;
         return working_.reach_end(eq);
       };
-      return kernel_.run_traced(state, OneStep<Scalar>{t, dt}, origin, trace, accept, advance,
-                                [this] { working_.accepted(); });
+      return kernel_.take_traced(state, OneStep<Scalar>{t, dt}, origin, trace, accept, advance,
+                                 [this] { working_.accepted(); });
     } else {
       return {};
     }
@@ -252,17 +252,19 @@ class PhiStepper {
       if (!(has_matrix && working_.takes_singular_mass())) refuse_singular_masses(masses(), type_of_scheme());
   }
   /// The force as well: only so do the compilers keep a small state in registers from step to step.
-  [[gnu::flatten]] StepReport run_inlined(S& state, const auto& all, Origin origin) { return run(state, all, origin); }
-  StepReport run(S& state, const auto& all, Origin origin) {
+  [[gnu::flatten]] StepReport take_inlined(S& state, const auto& all, Origin origin) {
+    return take(state, all, origin);
+  }
+  StepReport take(S& state, const auto& all, Origin origin) {
     const auto accepted = [this] { working_.accepted(); };
     if constexpr (Kernel::steps_in_place)
       if (kernel_.can_step_in_place(state)) {
         const StepReport report =
-            kernel_.run_in_place(state, all.t(0), all.dt, origin, [this](auto& eq) { return working_.step(eq); });
+            kernel_.take_in_place(state, all.t(0), all.dt, origin, [this](auto& eq) { return working_.step(eq); });
         if (report) accepted();
         return report;
       }
-    return kernel_.run(
+    return kernel_.take(
         state, all, origin, [this](auto& eq) PHISTEP_DETAIL_INLINED { return take_step(working_, eq); }, accepted);
   }
   /// Without parameters, which are the program's.

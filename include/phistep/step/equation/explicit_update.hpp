@@ -149,7 +149,7 @@ template <State S, bool with_drift = Blocks<S>::drifts>
 
 /// out = y + γ M⁻¹Ψ of fields, unchecked.
 template <FieldState S, bool with_drift = Blocks<S>::drifts>
-void move_fields(PlainState<S>& out, const PlainState<S>& y, const auto& by, const auto& psi, const auto& masses) {
+void advance_fields(PlainState<S>& out, const PlainState<S>& y, const auto& by, const auto& psi, const auto& masses) {
   for_each_block(
       [&](auto k, auto& to, const auto& from, const auto& rate, const auto& mass) {
         const auto factor = field_factor(mass, by.kick);
@@ -168,7 +168,7 @@ template <State S, bool with_drift = Blocks<S>::drifts>
                                                              const auto& psi, RateOf<S>& scratch, const auto& masses) {
   using Rate = RateOf<S>;
   if constexpr (FieldState<PlainState<S>>) {
-    move_fields<S, with_drift>(out, y, by, psi, masses);
+    advance_fields<S, with_drift>(out, y, by, psi, masses);
     return all_finite(Blocks<S>::all(out));
   } else if constexpr (MassFacts<std::remove_cvref_t<decltype(masses)>, ScalarOf<S>>::has_matrix) {
     for_each_block(

@@ -251,7 +251,7 @@ class InPlaceStep {
   }
 
   template <class Advance, class Transaction>
-  StepReport run(Rhs& rhs, Transaction& transaction, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
+  StepReport take(Rhs& rhs, Transaction& transaction, S& state, Scalar t, Scalar dt, Origin origin, Advance&& advance) {
     if (const Outcome bad = transaction.open(t, dt); failed(bad)) return transaction.refuse(rhs, bad, t, dt);
     rhs_ = &rhs;
     state.note_length();

@@ -51,7 +51,7 @@ struct Equation {
   bool ends_with_psi = false;     ///< psi is Ψ(t', next) of the last resolve
   bool knows_end = false;         ///< psi is Ψ(t + Δt, next), for the next step
   bool is_state_next = false;     ///< the state is what next would be, nothing is left to commit
-  Gamma<Scalar> last{};           ///< of the last resolve
+  Gamma<Scalar> last_gamma{};     ///< of the last resolve
 
   // ---- evaluate ----
 
@@ -60,7 +60,7 @@ struct Equation {
     if constexpr (resolves_check_state())  // fields under fixed_point(): nothing is checked here
       if (by.kick != 0) {
         know_start();
-        move_fields<S>(next, y, by, Rate::blocks(std::as_const(psi)), rhs().masses());
+        advance_fields<S>(next, y, by, Rate::blocks(std::as_const(psi)), rhs().masses());
         return Outcome::success;
       }
     if (by.kick != 0) return kick_drift(by);
@@ -123,7 +123,7 @@ struct Equation {
   /// k = (next − b)/γ of the last resolve, M⁻¹Ψ where it ended: no evaluation
   void slope_at_end(Rate& k) const {
     const auto& w = kernel.resolvent().increment();
-    for_each_part([&](Index at, auto& block) { flat(block) = phistep::part(w, at, block) / last.force; },
+    for_each_part([&](Index at, auto& block) { flat(block) = phistep::part(w, at, block) / last_gamma.force; },
                   Rate::blocks(k));
   }
   /// next.solved += factor·(next − b) of the last resolve
@@ -190,9 +190,9 @@ struct Equation {
   /// psi is Ψ at the step's end.
   void end_with_psi() { ends_with_psi = true; }
   /// Leaves Ψ(t + Δt, next) to the next step, as the last resolve knows it: no evaluation.
-  void keep_force() requires Kernel::carries {
+  void leave_force() requires Kernel::carries {
     if constexpr (needs.solver)
-      if (!ends_with_psi) recover_force<S>(rhs(), kernel.resolvent().increment(), last.force, psi);
+      if (!ends_with_psi) recover_force<S>(rhs(), kernel.resolvent().increment(), last_gamma.force, psi);
     knows_end = true;
   }
 
@@ -240,17 +240,17 @@ struct Equation {
     }
   }
   [[nodiscard, gnu::always_inline]] inline Outcome resolve_from(const Gamma<Scalar>& gamma, Scalar at,
-                                                                const Plain& guess, bool psi_known,
+                                                                const Plain& guess, bool knows_psi,
                                                                 const SolveTolerance<Plain>& allowed) {
     if constexpr (!Rhs::couples_unknowns)
       if (gamma.drift == 0) return kick(gamma.force, at);
     if constexpr (needs.solver) {
       auto& resolvent = kernel.resolvent();
-      psi_known = psi_known && !(is_carried && resolvent.wants_differences());
+      knows_psi = knows_psi && !(is_carried && resolvent.wants_differences());
       knows_start = ends_with_psi = false;
-      last = gamma;
+      last_gamma = gamma;
       const Outcome outcome =
-          resolvent.resolve(rhs(), gamma, at, next, guess, psi, kernel.transaction().record(), psi_known, allowed);
+          resolvent.resolve(rhs(), gamma, at, next, guess, psi, kernel.transaction().record(), knows_psi, allowed);
       if (failed(outcome) || resolves_check_state()) return outcome;
       return Rhs::is_finite(next) ? Outcome::success : Outcome::non_finite_state;
     }

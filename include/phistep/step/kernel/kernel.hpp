@@ -84,25 +84,25 @@ class Kernel {
     if constexpr (ShowsTrials<S> && !steps_in_place) state.reserve();
   }
 
-  /// Runs `advance(Equation&) → Outcome` as one step of the state, or several. A step that fails leaves nothing behind.
-  StepReport run(S& state, const auto& steps, Origin origin, auto&& advance, auto&& accepted) {
-    const auto bind = [this](auto&... where) { return Equation{*this, where...}; };
-    return transact(state, steps, origin, false, bind, advance, accepted);
+  /// Takes `advance(Equation&) → Outcome` as one step of the state, or several. A step that fails leaves nothing behind.
+  StepReport take(S& state, const auto& steps, Origin origin, auto&& advance, auto&& accepted) {
+    const auto equation_of = [this](auto&... where) { return Equation{*this, where...}; };
+    return transact(state, steps, origin, false, equation_of, advance, accepted);
   }
-  /// Runs `advance(TracedEquation&) → Outcome` as one step. Where it ends with an outcome, the next, shorter try reuses Jacobian and
+  /// Takes `advance(TracedEquation&) → Outcome` as one step. Where it ends with an outcome, the next, shorter try reuses Jacobian and
   /// factors.
-  StepReport run_traced(S& state, const auto& step, Origin origin, Trace<Plain>& trace, const Judge<Plain>& judge,
-                        auto&& advance, auto&& accepted) {
-    const auto bind = [&](auto&... where) { return Traced{Equation{*this, where...}, trace, judge}; };
-    return transact(state, step, origin, true, bind, advance, accepted);
+  StepReport take_traced(S& state, const auto& step, Origin origin, Trace<Plain>& trace, const Judge<Plain>& judge,
+                         auto&& advance, auto&& accepted) {
+    const auto equation_of = [&](auto&... where) { return Traced{Equation{*this, where...}, trace, judge}; };
+    return transact(state, step, origin, true, equation_of, advance, accepted);
   }
   /// Several steps in a call.
   static constexpr bool takes_several = Transaction::takes_several && !needs.solver && !needs.stages;
   static constexpr bool steps_in_place = Passes::steps_in_place;
   [[nodiscard]] bool can_step_in_place(const S& state) { return passes_.arrays().can(rhs_, state); }
-  StepReport run_in_place(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
+  StepReport take_in_place(S& state, Scalar t, Scalar dt, Origin origin, auto&& advance) {
     transaction_.reset();
-    return passes_.arrays().run(rhs_, transaction_, state, t, dt, origin, advance);
+    return passes_.arrays().take(rhs_, transaction_, state, t, dt, origin, advance);
   }
   /// The sizes of the corrections in the solves of the last step.
   [[nodiscard]] const SolveRecord& last_solve() const { return transaction_.record(); }
@@ -166,21 +166,21 @@ class Kernel {
 
  private:
   /// @param keeps_tries  a step that ends with an outcome leaves what its solves have made
-  StepReport transact(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& bind, auto& advance,
+  StepReport transact(S& state, const auto& steps, Origin origin, bool keeps_tries, auto& equation_of, auto& advance,
                       auto& accepted) {
     passes_.begin_step(rhs_, state, origin, keeps_tries);
     if constexpr (needs.solver || needs.stages) {
-      bool is_done = false;  // unless the step succeeds, what solves have made is dropped, also on an exception
+      bool keeps_solves = false;  // unless the step succeeds, what solves have made is dropped, also on an exception
       const AtExit forget{[&] {
-        if (!is_done) forget_solves();
+        if (!keeps_solves) forget_solves();
       }};
-      const StepReport report = transaction_.run(rhs_, state, steps, origin, bind, advance, accepted);
+      const StepReport report = transaction_.take(rhs_, state, steps, origin, equation_of, advance, accepted);
       if (report) algebraic_start_.reached(steps.t(0) + steps.dt, state);
       const Outcome outcome = report.outcome();  // for its arguments a step is refused before anything is computed
-      is_done = keeps_tries || report || outcome == Outcome::invalid_step || outcome == Outcome::step_too_small;
+      keeps_solves = keeps_tries || report || outcome == Outcome::invalid_step || outcome == Outcome::step_too_small;
       return report;
     } else {
-      const StepReport report = transaction_.run(rhs_, state, steps, origin, bind, advance, accepted);
+      const StepReport report = transaction_.take(rhs_, state, steps, origin, equation_of, advance, accepted);
       passes_.end_step(static_cast<bool>(report));
       return report;
     }

@@ -63,7 +63,7 @@ template <class Eq>
 [[nodiscard, gnu::always_inline]] inline Outcome take_step(auto& text, Eq& eq) {
   const Outcome outcome = text.step(eq);
   if constexpr (Eq::Kernel::carries)
-    if (!failed(outcome) && text.leaves_force()) eq.keep_force();
+    if (!failed(outcome) && text.leaves_force()) eq.leave_force();
   return outcome;
 }
 

@@ -166,10 +166,10 @@ struct TracedEquation : Eq {
 
   [[nodiscard]] Outcome filter(Plain& error) {
     if (!Eq::Kernel::may_see_falling_rates || !judge.has_sizes() || is_mild()) return Eq::filter(error);
-    if (const Outcome bad = add_defect(this->last.force, error); failed(bad)) return bad;
+    if (const Outcome bad = add_defect(this->last_gamma.force, error); failed(bad)) return bad;
     keep_unfiltered(error);
     if (const Outcome bad = filter_once(error); failed(bad)) return bad;
-    const Outcome seen = see_hidden(this->last);
+    const Outcome seen = see_hidden(this->last_gamma);
     if (trace.has_hidden) kernel.resolvent().forget();  // its J is that of another rate
     return seen;
   }
@@ -210,7 +210,7 @@ struct TracedEquation : Eq {
   /// Completes trace.start where it is M⁻¹Ψ of a singular M.
   void complete_start() { kernel.algebraic_start().complete_start(rhs(), *this); }
   void tell(auto&& f) { f(trace); }
-  void keep_force() requires Eq::Kernel::carries { this->knows_end = this->ends_with_psi; }
+  void leave_force() requires Eq::Kernel::carries { this->knows_end = this->ends_with_psi; }
 
  private:
   [[nodiscard]] bool has_births() const {

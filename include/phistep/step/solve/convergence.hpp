@@ -25,7 +25,7 @@ enum class Judgement { go_on, converged, slow, growing };
 /// The size of one correction δ.
 struct Correction {
   double relative = 0;    ///< ‖δ‖/‖Y‖ in solves to rounding, else ‖δ‖ in the weighted RMS norm
-  double resolution = 0;  ///< ‖δ‖ relative to everything that rounding may have touched: Y, its base, r/γ
+  double beside_all = 0;  ///< ‖δ‖ relative to everything that rounding may have touched: Y, its base, r/γ
   double absolute = 0;    ///< ‖δ‖ itself
   bool is_new = false;    ///< part of it is a component that was 0 until now: nothing to be compared with
 };
@@ -105,14 +105,14 @@ class ConvergenceTest {
     const double now = size.relative;
     const bool has_rate = previous_ > 0;
     // Y may pass through zero on its way: progress is measured beside what stands still.
-    const double theta = has_rate ? size.resolution / previous_ : 1;
+    const double theta = has_rate ? size.beside_all / previous_ : 1;
     if (has_rate && iteration == 2) first_rate_ = theta;
     if (now == 0) {
       // An inexact solve to a tolerance may have done nothing: what is left is at most its share of the target.
       if (rate_ > 0 && trusted && has_rate) rate_ = error_left(std::min(0.5, inexact_share * target_ / previous_), 1);
       return trusted ? Judgement::converged : Judgement::slow;
     }
-    previous_ = size.resolution;
+    previous_ = size.beside_all;
     if (!has_rate) {
       const bool enough = rate_ > 0 ? rate_ * now <= target_ : trusted && target_ == 0 && now <= round_off_;
       return enough ? Judgement::converged : Judgement::go_on;
@@ -124,7 +124,7 @@ class ConvergenceTest {
     if (rate_ > 0) rate_ = theta < 1 ? error_left(theta, 1) : 1;
     // Where the residual was noise, a few roundings are all that can be had.
     if (left <= (target_ > 0 ? target_ : noise ? 16 * round_off_ : round_off_)) return Judgement::converged;
-    if (target_ == 0 && trusted && settled && theta > 0.3 && may_be_rounding(size.resolution, round_off_))
+    if (target_ == 0 && trusted && settled && theta > 0.3 && may_be_rounding(size.beside_all, round_off_))
       return Judgement::converged;
     if (theta > 1) return Judgement::growing;
     if (target_ == 0) return theta > slow_rate ? Judgement::slow : Judgement::go_on;

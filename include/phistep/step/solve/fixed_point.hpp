@@ -61,7 +61,7 @@ class FixedPointTest {
   /// @param stretches  the solve will end at w_k, not at its image: f_k itself has to be small
   [[nodiscard]] Judgement judge(int iteration, const Correction& size, bool stretches = false) {
     // Y may pass through zero on its way: progress is measured beside all that stands still, too.
-    const double now = size.resolution, theta = previous_ > 0 ? now / previous_ : 1;
+    const double now = size.beside_all, theta = previous_ > 0 ? now / previous_ : 1;
     // Acceleration may make one correction small by chance: the slower of two successive rates counts.
     const double slower = std::max(theta, patience_ > 3 ? last_rate_ : theta);
     previous_ = now;

@@ -47,20 +47,20 @@ class FixedPointResolvent : public ResolventDefaults {
   }
 
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool knows_psi = false, SolveTolerance<Plain> allowed = {}) {
     if (options_.rtol > 0) allowed.target = 0;
     increment_.begin(Y, gamma.drift);
     increment_.start(Y, guess);
     anderson_.begin();
     FixedPointTest test(options_, static_cast<double>(std::numeric_limits<Scalar>::epsilon()), allowed.target);
     for (int k = 1;; ++k) {
-      if (k > 1 || !psi_known) rhs.evaluate_into(t, Y, psi);
+      if (k > 1 || !knows_psi) rhs.evaluate_into(t, Y, psi);
       map(rhs, gamma, psi);
       if (!all_finite(residual().data(), residual().size()))
         return first_non_finite(Rate::blocks(psi)) ? Outcome::non_finite_force : Outcome::non_finite_state;
       if (k == 1) weigh(Y);
       const Correction size = this->size(Y, allowed);
-      record.add(size.resolution);
+      record.add(size.beside_all);
       ++rhs.statistics().iterations;
       const Judgement judgement = test.judge(k, size, anderson_.stretches());
       if (judgement == Judgement::growing) return Outcome::iteration_diverged;
@@ -139,7 +139,7 @@ class FixedPointResolvent : public ResolventDefaults {
         [&](Index at, const auto& y) {
           const double of = largest(part(residual(), at, y));
           worst.absolute = std::max(worst.absolute, of);
-          worst.resolution = std::max(worst.resolution, of / sizes_[k++]);
+          worst.beside_all = std::max(worst.beside_all, of / sizes_[k++]);
           if (of > 0) worst.relative = std::max(worst.relative, relative_size<Scalar>(of, largest(y)));
         },
         Y);
@@ -187,19 +187,19 @@ class VelocityResolvent : public ResolventDefaults {
   void reset() { forget(); }
   void forget_unsaved() { forget(); }
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool knows_psi = false, SolveTolerance<Plain> allowed = {}) {
     is_dense_ = rests_ > 0;
     if (!is_dense_) {
-      const Outcome found = iterated_.resolve(rhs, gamma, t, Y, guess, psi, record, psi_known, allowed);
+      const Outcome found = iterated_.resolve(rhs, gamma, t, Y, guess, psi, record, knows_psi, allowed);
       if (!failed(found) || unknowns<S>(Y) > dense_difference_limit) return found;
       iterated_.undo(Y);
-      psi_known = false;
+      knows_psi = false;
       if (!dense_) dense_.emplace(Y, rhs, solver_);
       is_dense_ = true;
       rests_ = rest_, rest_ = std::min(2 * rest_, 1024);
     }
     --rests_;
-    return dense_->resolve(rhs, gamma, t, Y, guess, psi, record, psi_known, allowed);
+    return dense_->resolve(rhs, gamma, t, Y, guess, psi, record, knows_psi, allowed);
   }
   [[nodiscard]] Outcome filter(Rhs& rhs, Plain& e) {
     return is_dense_ ? dense_->filter(rhs, e) : Iterated::filter(rhs, e);

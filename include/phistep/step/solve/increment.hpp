@@ -195,11 +195,11 @@ class Increment {
     for_each_solved<S>(
         [&](Index at, const auto& y) {
           const double of = largest(part(last_move_, at, y)), size = largest(y);
-          const double resolution = std::max(std::max(size, largest(part(base, at, y))), std::exchange(rounding, 0));
+          const double all = std::max(std::max(size, largest(part(base, at, y))), std::exchange(rounding, 0));
           worst.absolute = std::max(worst.absolute, of);
           if (of > 0) {
             worst.relative = std::max(worst.relative, relative_size<Scalar>(of, size));
-            worst.resolution = std::max(worst.resolution, relative_size<Scalar>(of, resolution));
+            worst.beside_all = std::max(worst.beside_all, relative_size<Scalar>(of, all));
           }
         },
         Y);

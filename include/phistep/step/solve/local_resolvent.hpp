@@ -101,7 +101,7 @@ class LocalResolvent : public ResolventDefaults {
   void forget_unsaved() { reset(); }
 
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                SolveRecord& record, bool /*psi_known*/ = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool /*knows_psi*/ = false, SolveTolerance<Plain> allowed = {}) {
     OneRhs one_rhs = bind(rhs);
     Statistics& spent = one_rhs.statistics();
     Statistics most;

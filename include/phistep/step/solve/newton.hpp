@@ -24,8 +24,8 @@ namespace phistep { inline namespace PHISTEP_ABI {
 }
 
 /// F(Y) = 0, with Newton's matrix W, as the iteration sees it.
-template <class Equation>
-concept NewtonEquation = requires(Equation& F) {
+template <class Iterate>
+concept NewtonIterate = requires(Iterate& F) {
   { F.residual() } -> std::same_as<Outcome>;           // F at the current iterate; non_finite_force where Ψ isn't
   { F.residual_size() } -> std::same_as<double>;       // ‖M⁻¹F‖, for the line search
   { F.residual_is_rounding() } -> std::same_as<bool>;  // no larger than the rounding in its parts
@@ -43,22 +43,22 @@ concept NewtonEquation = requires(Equation& F) {
 
 /// @param k         corrections done before, and now
 /// @param inherits  earlier solves have left something that this one uses; false where it fails before it has used that
-template <NewtonEquation Equation>
-[[nodiscard]] Outcome iterate_newton(Equation& equation, ConvergenceTest& test, double keep_rate, bool line_search,
+template <NewtonIterate Iterate>
+[[nodiscard]] Outcome iterate_newton(Iterate& iterate, ConvergenceTest& test, double keep_rate, bool line_search,
                                      SolveRecord& record, int& k, bool& inherits) {
   using enum Judgement;
   bool own = false;  // the matrix was made in this solve
   double first = 0, last = 0, residual = 0;
-  equation.restart();
+  iterate.restart();
   for (bool at_start = true; test.allows(k + 1); at_start = false) {
     ++k;
     bool here = false;  // the matrix was made at this iterate
-    Outcome outcome = equation.residual();
+    Outcome outcome = iterate.residual();
     // An iterate may leave the force's domain (a root, a logarithm) though the solution lies inside.
     for (int halvings = 0; outcome == Outcome::non_finite_force && !at_start && halvings < 10; ++halvings) {
-      equation.retreat();
+      iterate.retreat();
       test.forget();  // the next correction is the other half by construction
-      outcome = equation.residual();
+      outcome = iterate.residual();
     }
     if (failed(outcome)) {
       inherits = inherits && !at_start;
@@ -67,33 +67,33 @@ template <NewtonEquation Equation>
     if (line_search) {
       // Armijo's rule for F: a correction must shrink ‖M⁻¹F‖ by 1e-4 of what its length promises (Dennis & Schnabel,
       // Numerical Methods for Unconstrained Optimization and Nonlinear Equations, sect. 6.3).
-      double size = equation.residual_size(), length = 1;
+      double size = iterate.residual_size(), length = 1;
       for (int halvings = 0; !at_start && halvings < 4 && size > (1 - 1e-4 * length) * residual; ++halvings) {
-        if (equation.residual_is_rounding()) break;
-        equation.retreat();
+        if (iterate.residual_is_rounding()) break;
+        iterate.retreat();
         test.forget();
         length /= 2;
-        if (const Outcome bad = equation.residual(); failed(bad)) return bad;
-        size = equation.residual_size();
+        if (const Outcome bad = iterate.residual(); failed(bad)) return bad;
+        size = iterate.residual_size();
       }
       residual = size;
-      if (!at_start) equation.drop_jacobian();  // only the tangent of this very place points downhill
+      if (!at_start) iterate.drop_jacobian();  // only the tangent of this very place points downhill
     }
-    if (!equation.has_factors()) {
-      here = !equation.has_jacobian();  // a new γ alone makes new factors of an old Jacobian
-      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
+    if (!iterate.has_factors()) {
+      here = !iterate.has_jacobian();  // a new γ alone makes new factors of an old Jacobian
+      if (const Outcome bad = iterate.refresh(); failed(bad)) return bad;
       own = own || here;
     }
     // What `trusted`, `settled` and `noise` mean: ConvergenceTest::judge.
     // What an iterative solver leaves may hide what is left to do: a stiff or heavy part's residual that of a soft one.
-    constexpr bool is_inexact = requires { requires Equation::is_inexact; };
+    constexpr bool is_inexact = requires { requires Iterate::is_inexact; };
     // To a tolerance its solve ends at once where the residual is small enough: then no correction is needed.
     const bool trusted =
-        (is_inexact ? (own && !at_start) || !test.is_to_rounding() : own) || equation.residual_is_rounding();
-    const bool noise = own && !here && test.is_to_rounding() && equation.residual_is_noise();
+        (is_inexact ? (own && !at_start) || !test.is_to_rounding() : own) || iterate.residual_is_rounding();
+    const bool noise = own && !here && test.is_to_rounding() && iterate.residual_is_noise();
     const bool settled = noise || here || !own || !test.is_to_rounding();
-    if (const Outcome bad = equation.correct(); failed(bad)) return bad;
-    const Correction size = equation.size();
+    if (const Outcome bad = iterate.correct(); failed(bad)) return bad;
+    const Correction size = iterate.size();
     record.add(size.relative);
     (at_start ? first : last) = size.absolute;
     if (size.is_new) {
@@ -102,46 +102,46 @@ template <NewtonEquation Equation>
     }
     const Judgement judgement = test.judge(k, size, trusted, settled, noise);
     if (judgement == converged) {
-      if (test.first_rate() > keep_rate) equation.drop_jacobian();
+      if (test.first_rate() > keep_rate) iterate.drop_jacobian();
       return Outcome::success;
     }
     if (judgement == go_on) continue;
     if (!own) return Outcome::newton_stalled;
-    equation.drop_jacobian();
+    iterate.drop_jacobian();
     if (judgement == growing && !here && !line_search) {
       // A matrix of an earlier iterate may have thrown this one anywhere: from there, Newton might find another root.
-      equation.undo();
+      iterate.undo();
       test.forget();
     }
   }
-  equation.drop_jacobian();
+  iterate.drop_jacobian();
   // A cycle keeps its size: that is a stall.
   return last > 10 * first ? Outcome::newton_diverged : Outcome::newton_stalled;
 }
 
 /// iterate_newton, and where it fails with a matrix or a rate that earlier solves have left, again without them: no solve fails
 /// for what was before.
-template <NewtonEquation Equation>
-[[nodiscard]] Outcome iterate_or_start_anew(Equation& equation, ConvergenceTest& test, double keep_rate,
-                                            bool line_search, SolveRecord& record) {
-  bool inherits = equation.has_jacobian() || equation.has_factors() || test.has_past();
+template <NewtonIterate Iterate>
+[[nodiscard]] Outcome iterate_or_start_anew(Iterate& iterate, ConvergenceTest& test, double keep_rate, bool line_search,
+                                            SolveRecord& record) {
+  bool inherits = iterate.has_jacobian() || iterate.has_factors() || test.has_past();
   for (int k = 0;; test.start_over(k)) {
-    const Outcome outcome = iterate_newton(equation, test, keep_rate, line_search, record, k, inherits);
+    const Outcome outcome = iterate_newton(iterate, test, keep_rate, line_search, record, k, inherits);
     if (outcome == Outcome::success || !std::exchange(inherits, false)) return outcome;
-    equation.drop_jacobian();
+    iterate.drop_jacobian();
   }
 }
 
 /// To rounding, or to the options' tolerance: a second time with damped corrections where plain ones diverge, cycle or leave
 /// the domain.
 /// @param rate  how fast the first corrections of the solve before fell, and now of this; 0: not known
-template <NewtonEquation Equation>
-[[nodiscard]] Outcome solve_newton(Equation& equation, const NewtonOptions& options, double round_off,
+template <NewtonIterate Iterate>
+[[nodiscard]] Outcome solve_newton(Iterate& iterate, const NewtonOptions& options, double round_off,
                                    SolveRecord& record, double& rate) {
   Outcome first = Outcome::success;
   for (bool line_search = options.line_search;; line_search = true) {
     ConvergenceTest test(options, round_off, rate);
-    const Outcome outcome = iterate_or_start_anew(equation, test, keep_jacobian_rate(options), line_search, record);
+    const Outcome outcome = iterate_or_start_anew(iterate, test, keep_jacobian_rate(options), line_search, record);
     rate = outcome == Outcome::success ? test.first_rate() : 0;
     if (outcome == Outcome::success) return outcome;
     if (first != Outcome::success) return first;
@@ -155,42 +155,42 @@ template <NewtonEquation Equation>
 
 class AffineSolve {
  public:
-  /// @param equation  of the resolve (resolvent.hpp), with its matrix and increment
+  /// @param iterate  of the resolve (resolvent.hpp), with its matrix and increment
   /// @param unit      ε of the numbers
   template <bool drifts>
-  [[nodiscard]] Outcome run(auto& equation, auto& matrix, auto& increment, double linear_rtol, double unit) {
+  [[nodiscard]] Outcome solve(auto& iterate, auto& matrix, auto& increment, double linear_rtol, double unit) {
     const auto start = [&](bool at_position) {
       if constexpr (drifts)
-        if (at_position) return increment.start_at_position(equation.Y, equation.guess);
-      equation.restart();
+        if (at_position) return increment.start_at_position(iterate.Y, iterate.guess);
+      iterate.restart();
     };
-    bool at_position = matrix.has_factors() && is_stiff<drifts>(equation.gamma, matrix);
+    bool at_position = matrix.has_factors() && is_stiff<drifts>(iterate.gamma, matrix);
     start(at_position);
-    if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+    if (const Outcome bad = iterate.residual(); failed(bad)) return bad;
     if (!matrix.has_factors()) {
       solved_ = 0;
-      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
-      if (is_stiff<drifts>(equation.gamma, matrix) != at_position) {
+      if (const Outcome bad = iterate.refresh(); failed(bad)) return bad;
+      if (is_stiff<drifts>(iterate.gamma, matrix) != at_position) {
         at_position = !at_position;
         start(at_position);
-        if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+        if (const Outcome bad = iterate.residual(); failed(bad)) return bad;
       }
     }
     const bool looks = is_looked_at(solved_ + 1);
     const double before = looks ? largest(increment.delta) : 0;
-    if (const Outcome bad = equation.solve(); failed(bad)) return bad;
-    increment.move_once(equation.Y, at_position);
-    if (matrix.staleness(equation.gamma) > 0) {  // a second solve corrects what factors of another γ have left
-      if (const Outcome bad = equation.residual(); failed(bad)) return bad;
-      if (const Outcome bad = equation.solve(); failed(bad)) return bad;
-      increment.move_once(equation.Y, at_position);
+    if (const Outcome bad = iterate.solve(); failed(bad)) return bad;
+    increment.move_once(iterate.Y, at_position);
+    if (matrix.staleness(iterate.gamma) > 0) {  // a second solve corrects what factors of another γ have left
+      if (const Outcome bad = iterate.residual(); failed(bad)) return bad;
+      if (const Outcome bad = iterate.solve(); failed(bad)) return bad;
+      increment.move_once(iterate.Y, at_position);
     }
     ++solved_;
     if (!looks) return Outcome::success;
-    if (const Outcome bad = equation.residual(); failed(bad)) return bad;
+    if (const Outcome bad = iterate.residual(); failed(bad)) return bad;
     // What rounding, and an iterative solver's tolerance, may leave of the residual.
-    double allowed = 1e4 * unit * equation.terms();
-    if constexpr (std::remove_cvref_t<decltype(equation)>::is_inexact)
+    double allowed = 1e4 * unit * iterate.terms();
+    if constexpr (std::remove_cvref_t<decltype(iterate)>::is_inexact)
       allowed += 10 * linear_rtol * before * std::sqrt(static_cast<double>(increment.w.size()));
     if (largest(increment.delta) <= allowed) return Outcome::success;
     matrix.drop();

@@ -32,12 +32,12 @@ struct Residual {
   const Gamma<Scalar>& gamma;
   const Scalar t;  ///< [time]
   Rate& psi;       ///< Ψ at the iterate evaluated last
-  bool psi_known;  ///< that is where the iteration starts
+  bool knows_psi;  ///< that is where the iteration starts
   Increment<S>& increment;
 
   /// F in increment.delta, with Ψ by a force call.
   void evaluate(const Plain& Y) {
-    if (!std::exchange(psi_known, false)) rhs.evaluate_into(t, Y, psi);
+    if (!std::exchange(knows_psi, false)) rhs.evaluate_into(t, Y, psi);
     assemble();
   }
   /// Whether it is finite; of fields a reduction or two.

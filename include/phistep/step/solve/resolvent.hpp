@@ -1,7 +1,7 @@
 /// @file
 /// The only implicit solve there is: given b and γ, find Y with
 ///
-///     M (Y − b) = γ_f Ψ(t, Y),     and for motion  Y.r = b.r + γ_d Y.v,
+///     M (Y − b) = γ_f Ψ(t, Y),     and for motion  Y.r = b.r + γ_d Y.v,                                        (1)
 ///
 /// by Newton on the increment w = Y − b of the solved blocks alone, with the matrix W = M − γ_f C − γ_f γ_d K. An affine
 /// force needs one linear solve and no iteration; a linearly implicit step is content with one.
@@ -64,12 +64,12 @@ class NewtonResolvent : public ResolventDefaults {
       if (affine) options_.linear_rtol = std::max(1e-12, 16 * round_off);
       else if (corrections == Corrections::one) options_.linear_rtol = 1e-6;
     }
-    linearized_.take(solver);
+    matrix_.take(solver);
     resize(y, rhs);
   }
 
   void resize(const Plain& y, Rhs& rhs) {
-    linearized_.resize(y, rhs);  // may throw, so it comes first
+    matrix_.resize(y, rhs);  // may throw, so it comes first
     increment_.resize(y);
     if constexpr (is_checked) check_.resize(y);
     forget();
@@ -85,41 +85,41 @@ class NewtonResolvent : public ResolventDefaults {
 
   /// Whether the next solve begins with differences, for which it has to know Ψ itself: one that a solve has left is off by
   /// what that solve is.
-  [[nodiscard]] bool wants_differences() const { return Matrix::takes_differences && !linearized_.has_jacobian(); }
+  [[nodiscard]] bool wants_differences() const { return Matrix::takes_differences && !matrix_.has_jacobian(); }
   /// Forgets Jacobian and factors.
-  void drop() { linearized_.drop(); }
+  void drop() { matrix_.drop(); }
   /// Forgets all that solves have left.
   void forget() {
-    linearized_.forget_solves();
+    matrix_.forget_solves();
     affine_solve_ = {};
     pace_ = {};
   }
   /// Forgets also what was found out about the force, which may be another one.
   void reset() {
     forget();
-    linearized_.forget();
+    matrix_.forget();
     if constexpr (is_checked) check_.begin();
   }
   /// Forgets also the matrix's pattern: the state after construction.
   void forget_unsaved() {
     reset();
-    linearized_.forget_pattern();
+    matrix_.forget_pattern();
   }
 
   /// @param Y  b at first, then what (1) is solved by
-  /// @param psi_known  psi holds Ψ at the start of the iteration already
+  /// @param knows_psi  psi holds Ψ at the start of the iteration already
   /// @param allowed  of a controlled run: says how well to solve, unless the options do
   [[nodiscard]] Outcome resolve(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, Plain& Y, const Plain& guess, Rate& psi,
-                                SolveRecord& record, bool psi_known = false, SolveTolerance<Plain> allowed = {}) {
+                                SolveRecord& record, bool knows_psi = false, SolveTolerance<Plain> allowed = {}) {
     increment_.begin(Y, gamma.drift);
     if (options_.rtol > 0) allowed.target = 0;
     // Factors of a γ that is the same up to rounding (frames away from t = 0) serve always, to a tolerance those within
     // CVODE's bound.
     const bool is_tolerant = !affine && (options_.rtol > 0 || allowed.target > 0);
-    linearized_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
-    Iterate equation{{rhs, gamma, t, psi, psi_known, increment_}, *this, Y, guess, allowed};
-    const Outcome outcome = solve(equation, record);
-    if (outcome == Outcome::singular_matrix) record.particle = linearized_.singular_particle();
+    matrix_.begin(gamma, is_tolerant ? Scalar{3} / 10 : static_cast<Scalar>(std::sqrt(round_off)));
+    Iterate iterate{{rhs, gamma, t, psi, knows_psi, increment_}, *this, Y, guess, allowed};
+    const Outcome outcome = solve(iterate, record);
+    if (outcome == Outcome::singular_matrix) record.particle = matrix_.singular_particle();
     return outcome;
   }
 
@@ -136,9 +136,9 @@ class NewtonResolvent : public ResolventDefaults {
   /// rate ← W⁻¹ γ rate, as unknowns in x, with W at (t, y), where Ψ is psi.
   [[nodiscard]] Outcome respond(Rhs& rhs, const Gamma<Scalar>& gamma, Scalar t, const Plain& y, const Rate& psi,
                                 const Rate& rate, Plain& x, const SolveTolerance<Plain>& allowed) {
-    linearized_.begin(gamma, Scalar{0});
-    if (!linearized_.has_factors())
-      if (const Outcome bad = linearized_.refresh(rhs, gamma, t, y, psi, options_, allowed); failed(bad)) return bad;
+    matrix_.begin(gamma, Scalar{0});
+    if (!matrix_.has_factors())
+      if (const Outcome bad = matrix_.refresh(rhs, gamma, t, y, psi, options_, allowed); failed(bad)) return bad;
     auto& of = increment_.delta;
     for_each_part([&](Index at, const auto& block) { part(of, at, block) = gamma.force * flat(block); },
                   Rate::blocks(rate));
@@ -147,11 +147,11 @@ class NewtonResolvent : public ResolventDefaults {
 
   /// W is M to a half: an iteration with it converges for what it is, and a filter by it hides nothing.
   [[nodiscard]] bool is_mild() const {
-    const double largest = linearized_.magnitude();
+    const double largest = matrix_.magnitude();
     return Rhs::MassTypes::are_ones && largest > 0 && largest < 1.5;
   }
   [[nodiscard]] const auto& increment() const { return increment_.w; }
-  [[nodiscard]] const char* solver_name() const { return linearized_.name(); }
+  [[nodiscard]] const char* solver_name() const { return matrix_.name(); }
   [[nodiscard]] static bool keeps_factors() { return true; }
 
  private:
@@ -170,7 +170,7 @@ class NewtonResolvent : public ResolventDefaults {
     void restart() { this->increment.start(Y, guess); }
     [[nodiscard]] Outcome residual() {
       this->evaluate(Y);
-      square = self.linearized_.square_of(this->increment.delta, self.options_, allowed);
+      square = self.matrix_.square_of(this->increment.delta, self.options_, allowed);
       return square >= 0 ? Outcome::success : this->check();  // of a field the sum tells whether F is finite
     }
     [[nodiscard]] bool residual_is_noise() const {
@@ -179,20 +179,20 @@ class NewtonResolvent : public ResolventDefaults {
     }
     /// The size of what F is made of.
     [[nodiscard]] double terms() const {
-      return this->all_terms(Y, guess, self.linearized_.magnitude(), self.linearized_.drift_share());
+      return this->all_terms(Y, guess, self.matrix_.magnitude(), self.matrix_.drift_share());
     }
-    [[nodiscard]] bool has_jacobian() const { return self.linearized_.has_jacobian(); }
-    [[nodiscard]] bool has_factors() const { return self.linearized_.has_factors(); }
-    void drop_jacobian() { self.linearized_.drop(); }
+    [[nodiscard]] bool has_jacobian() const { return self.matrix_.has_jacobian(); }
+    [[nodiscard]] bool has_factors() const { return self.matrix_.has_factors(); }
+    void drop_jacobian() { self.matrix_.drop(); }
     [[nodiscard]] Outcome refresh() {
-      return self.linearized_.refresh(this->rhs, this->gamma, this->t, Y, this->psi, self.options_, allowed);
+      return self.matrix_.refresh(this->rhs, this->gamma, this->t, Y, this->psi, self.options_, allowed);
     }
     [[nodiscard]] Outcome solve() {
-      return self.linearized_.solve(this->increment.delta, self.options_, this->rhs.statistics(), allowed);
+      return self.matrix_.solve(this->increment.delta, self.options_, this->rhs.statistics(), allowed);
     }
     /// For a field by one reduction: how large the correction is, and whether all ranks have solved for it.
     [[nodiscard, gnu::always_inline]] inline Outcome correct() {
-      auto& matrix = self.linearized_;
+      auto& matrix = self.matrix_;
       auto& counts = this->rhs.statistics();
       if (const Outcome bad = matrix.solve_unagreed(this->increment.delta, self.options_, counts, allowed, square);
           failed(bad))
@@ -217,35 +217,35 @@ class NewtonResolvent : public ResolventDefaults {
     }
     [[nodiscard]] Correction size_of_move() const {
       if (allowed.target > 0) return this->increment.size(Y, allowed);
-      return this->increment.size(Y, self.linearized_.drift_share(), self.options_);
+      return this->increment.size(Y, self.matrix_.drift_share(), self.options_);
     }
   };
 
-  [[nodiscard]] Outcome solve(Iterate& equation, SolveRecord& record) {
+  [[nodiscard]] Outcome solve(Iterate& iterate, SolveRecord& record) {
     if constexpr (affine) {
-      return affine_solve_.run<Rhs::drifts>(equation, linearized_, increment_, options_.linear_rtol, round_off);
+      return affine_solve_.solve<Rhs::drifts>(iterate, matrix_, increment_, options_.linear_rtol, round_off);
     } else if constexpr (corrections == Corrections::one) {
-      linearized_.drop();
-      equation.restart();
-      if (const Outcome bad = equation.residual(); failed(bad)) return bad;
-      if (const Outcome bad = equation.refresh(); failed(bad)) return bad;
+      matrix_.drop();
+      iterate.restart();
+      if (const Outcome bad = iterate.residual(); failed(bad)) return bad;
+      if (const Outcome bad = iterate.refresh(); failed(bad)) return bad;
       if constexpr (is_checked) {
         check_.count();
         if (check_.is_due())
-          if (const Outcome bad = check_.look(equation.rhs, linearized_, options_, equation.gamma, equation.t,
-                                              equation.Y, equation.psi);
+          if (const Outcome bad =
+                  check_.look(iterate.rhs, matrix_, options_, iterate.gamma, iterate.t, iterate.Y, iterate.psi);
               failed(bad)) {
             check_.begin();
             return bad;
           }
       }
-      return equation.correct();
+      return iterate.correct();
     } else {
       const int before = record.iterations;
-      const Outcome outcome = equation.allowed.target > 0
-                                  ? solve_controlled(equation, record)
-                                  : solve_newton(equation, options_, round_off, record, pace_.first_rate);
-      equation.rhs.statistics().iterations += record.iterations - before;
+      const Outcome outcome = iterate.allowed.target > 0
+                                  ? solve_controlled(iterate, record)
+                                  : solve_newton(iterate, options_, round_off, record, pace_.first_rate);
+      iterate.rhs.statistics().iterations += record.iterations - before;
       return outcome;
     }
   }
@@ -254,28 +254,28 @@ class NewtonResolvent : public ResolventDefaults {
   [[nodiscard]] Outcome solve_roughly(Rhs& rhs, Plain& x) {
     NewtonOptions roughly = options_;
     roughly.linear_rtol = 0.05;
-    if (const Outcome bad = linearized_.solve(increment_.delta, roughly, rhs.statistics()); failed(bad)) return bad;
+    if (const Outcome bad = matrix_.solve(increment_.delta, roughly, rhs.statistics()); failed(bad)) return bad;
     put_unknowns<S>(increment_.delta, x);
     return Outcome::success;
   }
 
   /// Where a smaller step is at hand, plain Newton has one try.
-  [[nodiscard]] Outcome solve_controlled(Iterate& equation, SolveRecord& record) {
+  [[nodiscard]] Outcome solve_controlled(Iterate& iterate, SolveRecord& record) {
     // An old Jacobian contracts in proportion to γ, old factors no better than their own γ allows.
-    const double gamma = std::abs(static_cast<double>(equation.gamma.force));
+    const double gamma = std::abs(static_cast<double>(iterate.gamma.force));
     const double growth = pace_.gamma_before > 0 ? gamma / pace_.gamma_before : 1;
     pace_.gamma_before = gamma;
-    const double rate = std::max(pace_.rate * std::max(1.0, growth), linearized_.staleness(equation.gamma));
-    ConvergenceTest test(equation.allowed.target, options_.max_iterations, rate, round_off);
+    const double rate = std::max(pace_.rate * std::max(1.0, growth), matrix_.staleness(iterate.gamma));
+    ConvergenceTest test(iterate.allowed.target, options_.max_iterations, rate, round_off);
     const Outcome outcome =
-        iterate_or_start_anew(equation, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, record);
+        iterate_or_start_anew(iterate, test, keep_jacobian_rate({.rtol = 1}), options_.line_search, record);
     pace_.rate = outcome == Outcome::success ? test.rate() : 1;
     return outcome;
   }
 
   NewtonOptions options_;
   Increment<S> increment_;
-  Matrix linearized_;
+  Matrix matrix_;
   Pace pace_;
   AffineSolve affine_solve_;
   [[no_unique_address]] Only<is_checked, TangentCheck<S, Rhs>> check_;

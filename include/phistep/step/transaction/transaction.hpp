@@ -68,10 +68,11 @@ class Transaction {
 
   /// @param steps     OneStep or, where takes_several, GridSteps (run/control/fixed_step.hpp): t(n), dt, count(); the same bits as by a
   ///                  call for each
-  /// @param bind      (y, t, dt, next, psi, masses, whether psi is Ψ(t, y)) → the equation of a step
+  /// @param equation_of  (y, t, dt, next, psi, masses, whether psi is Ψ(t, y)) → the equation of a step
   /// @param advance   (equation) → Outcome
   /// @param accepted  called after each
-  StepReport run(Rhs& rhs, S& state, const auto& steps, Origin origin, auto& bind, auto& advance, auto& accepted) {
+  StepReport take(Rhs& rhs, S& state, const auto& steps, Origin origin, auto& equation_of, auto& advance,
+                  auto& accepted) {
     if (const Outcome bad = open(steps.t(0), steps.dt); failed(bad)) return refuse(rhs, bad, steps.t(0), steps.dt);
     const std::int64_t before = rhs.statistics().steps;
     try {
@@ -89,10 +90,10 @@ class Transaction {
         Rate psi;
         if constexpr (carries) psi = psi_;
         else set_zero(Rate::blocks(psi));  // a message may tell of it before it is written
-        return run_from(rhs, y, state, steps, origin, bind, advance, accepted, next, psi);
+        return take_from(rhs, y, state, steps, origin, equation_of, advance, accepted, next, psi);
       } else {
         const Plain& y = read(state);
-        const StepReport report = run_from(rhs, y, state, steps, origin, bind, advance, accepted, next_, psi_);
+        const StepReport report = take_from(rhs, y, state, steps, origin, equation_of, advance, accepted, next_, psi_);
         is_done = static_cast<bool>(report);
         return report;
       }
@@ -168,8 +169,8 @@ class Transaction {
     }
   }
 
-  StepReport run_from(Rhs& rhs, auto& y, S& state, const auto& steps, Origin origin, auto& bind, auto& advance,
-                      auto& accepted, Plain& next, Rate& psi) {
+  StepReport take_from(Rhs& rhs, auto& y, S& state, const auto& steps, Origin origin, auto& equation_of, auto& advance,
+                       auto& accepted, Plain& next, Rate& psi) {
     bool knows_start = false;
     rhs.limit_times(steps.t(0), steps.dt, origin);
     if constexpr (carries) {
@@ -181,7 +182,7 @@ class Transaction {
     for (std::int64_t n = 0;;) {
       const Scalar t = steps.t(n), dt = steps.dt;
       rhs.begin(t, dt, y);
-      auto equation = bind(y, t, dt, next, psi, masses, knows_start);
+      auto equation = equation_of(y, t, dt, next, psi, masses, knows_start);
       const Outcome outcome = advance(equation);
       if (outcome != Outcome::success) {
         if (outcome == Outcome::error_too_large) {
