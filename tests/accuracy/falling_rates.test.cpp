@@ -41,6 +41,29 @@ TEST_CASE("falling rates, samples: no more are wrong than known") {
 }
 TEST_CASE("falling rates, samples: none is wrong", "[!shouldfail][48]") { battery::none(answers().samples); }
 
+// y₁' = −k (y₁ − cos t) with k = 1e14: the filtered error of y₁ is less than a rounding of it.
+TEST_CASE("a rate that stays is none that falls, however large") {
+  const auto steps = [](auto scheme, double k) {
+    const auto rate = [k](const Eigen::Vector2d& y, double t) -> Eigen::Vector2d {
+      return {-k * (y[0] - std::cos(t)), y[0] - y[1] + std::sin(3 * t)};
+    };
+    Eigen::Vector2d y{0, 1};
+    phistep::PhiStepper stepper{y, rate, scheme};
+    const auto report =
+        phistep::integrate(stepper, y, {0, 10}, phistep::tolerance{.rtol = 1e-5, .atol = 1e-8, .max_steps = 20000});
+    CHECK(std::abs(y[0] - std::cos(10.0)) <= 1e-4);
+    return report ? static_cast<double>(report.statistics.steps + report.statistics.rejections) : 1e300;
+  };
+  const auto compare = [&](auto scheme) {
+    for (const double k : {1e10, 1e12, 1e14}) CHECK(steps(scheme, k) <= 1.5 * steps(scheme, 1e6) + 10);
+  };
+  compare(phistep::tr_bdf2);
+  compare(phistep::trapezoidal);
+  compare(phistep::radau);
+  compare(phistep::rodas5p);
+  compare(phistep::rodas4);
+}
+
 TEST_CASE("a motion whose drag falls by seven decades: v = cos t all the same") {
   const auto drag = [](const Eigen::VectorXd&, const Eigen::VectorXd& v, double t) -> Eigen::VectorXd {
     const double rate = std::sin(t) > 0 ? 1e6 : 0.1;

@@ -259,6 +259,7 @@ class Run {
     report_.statistics.steps += to.steps;
     report_.smallest_dt = report_.largest_dt == 0 ? length : std::min(report_.smallest_dt, length);
     report_.largest_dt = std::max(report_.largest_dt, length);
+    report_.last_dt = length;
   }
   bool complete(const Landing<Scalar>& to, const Found& found) {
     count(to);
@@ -316,6 +317,9 @@ class Run {
     if (outcome == Outcome::invalid_tolerance ||
         (!begun_ && (outcome == Outcome::invalid_step || outcome == Outcome::step_too_small)))
       report_.refused = step_.pace().refused();
+    const auto span = step_.clock().span();
+    if (outcome == Outcome::invalid_step && !std::isfinite(span.t1 - span.t0))
+      report_.refused = {"t1 - t0", static_cast<double>(span.t1 - span.t0)};
     if constexpr (FieldState<Plain>) held_exception(stepper_).rethrow();
     return false;
   }

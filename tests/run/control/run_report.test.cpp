@@ -33,6 +33,24 @@ TEST_CASE("the most frequent reason, with its share and its worst component") {
   CHECK(text(limits) == "  dt limited by       the error, e.g. of component 3 of block 1, in 91 % of the steps\n");
 }
 
+TEST_CASE("a message names the component whose error ruled the run only where errors are why it ended") {
+  RunReport report;
+  report.limits.count(LimitedBy::error, {0, 3});
+  report.outcome = Outcome::stopped_by_event;
+  CHECK(report.message().find("component") == std::string::npos);
+  report.outcome = Outcome::too_many_steps;
+  CHECK(report.message().find("for the error of component 3") != std::string::npos);
+}
+
+TEST_CASE("chattering is named where the last steps are short, not where the first were") {
+  RunReport report;
+  report.outcome = Outcome::too_many_steps;
+  report.smallest_dt = 1e-19, report.largest_dt = report.last_dt = 1e-3;
+  CHECK(report.message().find("chattering") == std::string::npos);
+  report.last_dt = 1e-7;
+  CHECK(report.message().find("dt fell from 0.001 to 1e-07") != std::string::npos);
+}
+
 TEST_CASE("every reason has a name") {
   const auto only = [](LimitedBy by) {
     Limits limits;

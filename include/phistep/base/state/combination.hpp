@@ -13,6 +13,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -164,6 +165,18 @@ template <State S, class F>
 template <State S, class To, class F>
 [[gnu::always_inline]] inline void add_solved(To& to, const combination::Expression<F>& expression) {
   assign_solved<S>(to, in<S>(to) + expression);
+}
+
+/// Each number of y is up to 15/4 `by` of itself off, in ways that `number` chooses.
+template <State S>
+void move_numbers(S& y, std::uint64_t number, ScalarOf<S> by) {
+  for_each_number(
+      [number, by](std::size_t i, ScalarOf<S>& x) {
+        // Neighbours, and neighbours in a grid of any width, go different ways.
+        const std::uint64_t mixed = (i + 1) * 0x9E3779B97F4A7C15U ^ number * 0xD1B54A32D192ED03U;
+        x *= 1 + static_cast<ScalarOf<S>>(2 * static_cast<int>((mixed ^ mixed >> 29) >> 60) - 15) / 4 * by;
+      },
+      Blocks<S>::all(y));
 }
 
 }}  // namespace phistep::PHISTEP_ABI

@@ -148,7 +148,7 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
   void begin_probe(const Plain& y, bool iterates) {
     copy_blocks<Plain>(trace_.predicted, y);
     const std::uint64_t number = probe_.start(iterates, error_, trace_);
-    RoundingProbe<Plain>::move(trace_.predicted, number, probe_.moved_by());
+    move_numbers(trace_.predicted, number, probe_.moved_by());
   }
   void end_probe() { probe_.end(error_, trace_); }
   /// ‖e‖ that a step may have, in units of the tolerance

@@ -68,16 +68,6 @@ class RoundingProbe {
   [[nodiscard]] Scalar moved_by() const {
     return asks_others() ? static_cast<Scalar>(rtol_ / 4) : std::numeric_limits<Scalar>::epsilon();
   }
-  /// Each number of y is up to 15/4 `by` of itself off.
-  static void move(Plain& y, std::uint64_t number, Scalar by) {
-    for_each_number(
-        [number, by](std::size_t i, Scalar& x) {
-          // Neighbours, and neighbours in a grid of any width, go different ways.
-          const std::uint64_t mixed = (i + 1) * 0x9E3779B97F4A7C15U ^ number * 0xD1B54A32D192ED03U;
-          x *= 1 + static_cast<Scalar>(2 * static_cast<int>((mixed ^ mixed >> 29) >> 60) - 15) / 4 * by;
-        },
-        Blocks<Plain>::all(y));
-  }
   /// It has been tried, whatever came of it: error and trace are again those of the try before.
   void end(Measured& error, Trace<Plain>& trace) {
     course_.wait = course_.has_learned ? 2 : asks_others() ? course_.wait : std::min(2 * course_.wait, seldom);

@@ -120,13 +120,14 @@ struct [[nodiscard]] RunReport {
   Statistics statistics;                   ///< of this run alone
   Failure failure;                         ///< of the step that ended the run, if one did
   double smallest_dt = 0, largest_dt = 0;  ///< [time] the shortest and the longest step taken
+  double last_dt = 0;                      ///< [time] the last step
   Refused refused;                         ///< the option that can't work, where one ended the run
   Limits limits;                           ///< what kept a controlled run's steps from being longer
 
   [[nodiscard]] explicit operator bool() const { return outcome == Outcome::success; }
   void archive(auto& ar) {
     ar("outcome", outcome, "t", t, "counts", statistics, "failure", failure, "smallest_dt", smallest_dt, "largest_dt",
-       largest_dt, "limits", limits);
+       largest_dt, "last_dt", last_dt, "limits", limits);
   }
   /// What happened, where, and what to try.
   [[nodiscard, gnu::cold]] std::string message() const {
@@ -138,7 +139,9 @@ struct [[nodiscard]] RunReport {
       where += " (" + number_text(*refused.is, 6) +
                (refused.least > 0 ? "; it works from " + number_text(refused.least, 3) + " on)" : std::string(")"));
     where += "; at t = " + number_text(t, 9);
-    return explain(outcome, where + of_component(", for the error of", limits.worst()), advice()) + doubts();
+    const bool is_for_error = outcome == Outcome::too_many_steps || outcome == Outcome::step_too_small;
+    if (is_for_error) where += of_component(", for the error of", limits.worst());
+    return explain(outcome, where, advice()) + doubts();
   }
   /// What is odd about a run, whatever its outcome. Empty where nothing is.
   [[nodiscard, gnu::cold]] std::string doubts() const {
@@ -155,12 +158,12 @@ struct [[nodiscard]] RunReport {
   }
 
  private:
-  [[nodiscard]] bool has_shrunk() const { return outcome == Outcome::too_many_steps && 1e3 * smallest_dt < largest_dt; }
+  [[nodiscard]] bool has_shrunk() const { return outcome == Outcome::too_many_steps && 1e3 * last_dt < largest_dt; }
   /// What to try, where the run knows more than its outcome says; else empty.
   [[nodiscard, gnu::cold]] std::string advice() const {
     if (has_shrunk())
       return "look for a jump of the force (a sign, a switch, friction): dt fell from " + number_text(largest_dt, 3) +
-             " to " + number_text(smallest_dt, 3) +
+             " to " + number_text(last_dt, 3) +
              ", and the state may be held on such a jump, which switches back and forth (chattering): no dt is short "
              "enough there; smooth the jump, or step along it with the force that holds there. Else another scheme";
     if (outcome == Outcome::invalid_tolerance && refused.least > 0)

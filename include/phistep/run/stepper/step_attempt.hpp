@@ -232,7 +232,7 @@ class StepAttempt {
     auto& trace = pace_.trace();
     for (const std::uint64_t number : {0U, 1U, 2U, 3U}) {
       copy_blocks<S>(trace.predicted, plain());
-      if (number > 0) RoundingProbe<Plain>::move(trace.predicted, number, std::numeric_limits<Scalar>::epsilon());
+      if (number > 0) move_numbers(trace.predicted, number, std::numeric_limits<Scalar>::epsilon());
       Plain& rate = number == 0 ? trace.error : trace.end;  // scratch: the step has failed
       if (failed(slope_of<S>(stepper_, inside(clock_.t()), trace.predicted, rate))) return;
       if (number > 0) pace_.learn_rates(to.dt);

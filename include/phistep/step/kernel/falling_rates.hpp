@@ -16,7 +16,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <type_traits>
+#include <utility>
 
 #include "phistep/base/outcome/outcome.hpp"
 #include "phistep/base/state/blocks.hpp"
@@ -60,7 +62,7 @@ class FallingRates {
     add_solved<S>(to, gamma * (in<S>(moved_) - in<S>(eq.trace.end)));
     return Outcome::success;
   }
-  /// trace.error is e, and becomes (2). No force call unless e₀ is more than allowed and e is not, then one, or two.
+  /// trace.error is e, and becomes (2). No force call unless e₀ is more than allowed and e is not, then one, or three.
   /// @param allowed       in units of the tolerance
   /// @param knows_beside  psi is Ψ(t⁺, y⁺ − e), which spares the first
   [[nodiscard]] Outcome see(auto& eq, const Gamma<Scalar>& gamma, double allowed, bool knows_beside) {
@@ -79,6 +81,7 @@ class FallingRates {
     else p_changes(eq, gamma, end_, beside_);
     add_solved<S>(p_, in<S>(unfiltered_) - in<S>(e));
     if (!(eq.size_at_most(p_) > least)) return Outcome::success;
+    drop_roundings(eq, gamma);
     const double most = size(p_);  // ‖W₀p‖
     if (!(most > least)) return Outcome::success;
     moved_ = unfiltered_ = p_;
@@ -116,6 +119,19 @@ class FallingRates {
     if constexpr (Blocks<S>::drifts) position_of<S>(p_).setZero();
     assign_solved<S>(p_, gamma.force * (in_rate<S>(to) - in_rate<S>(from)));
     static_cast<void>(divide_by_mass(Blocks<S>::solved(p_), eq.rhs().masses()));
+  }
+  /// Makes 0 of p what roundings of y⁺ make of Ψ: rates that haven't fallen, of components that e hardly moves.
+  void drop_roundings(auto& eq, const Gamma<Scalar>& gamma) {
+    probe_ = eq.next;
+    move_numbers(probe_, 0, 4 * std::numeric_limits<Scalar>::epsilon());
+    beside_ = end_;
+    eq.rhs().evaluate_into(eq.t + eq.dt, probe_, beside_);
+    if (!all_finite(Rate::blocks(beside_))) return;
+    moved_ = p_;
+    p_changes(eq, gamma, end_, beside_);
+    for_each_number([](std::size_t, Scalar& rounding,
+                       Scalar p) { rounding = std::abs(p) <= 4 * std::abs(rounding) ? Scalar{0} : p; },
+                    Blocks<S>::all(p_), Blocks<S>::all(std::as_const(moved_)));
   }
   /// x ← W₀⁻¹ M x
   template <class Eq>
