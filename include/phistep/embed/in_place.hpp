@@ -70,7 +70,7 @@ class ArraysInPlace {
     reserve();
     return y_;
   }
-  /// Makes room for it, by a copy.
+  /// Allocates the copy that hold() fills, by making one.
   void reserve() const {
     copy_blocks<Self>(y_, static_cast<const Self&>(*this));
     assign_block(rate_, rate());

@@ -97,7 +97,7 @@ void set_from_parts(Numbers& numbers, const From& from) {
   assign_block(to, from);
 }
 
-/// The state is its parts.
+/// Schemes step the parts of S's numbers, a vector of reals.
 template <VectorOfParts S>
 struct Blocks<S> : Blocks<typename PartsBlock<S>::Plain> {
   using Plain = typename PartsBlock<S>::Plain;
@@ -133,7 +133,7 @@ struct Blocks<Motion<V>> : Blocks<Motion<typename PartsBlock<V>::Plain>> {
   }
 };
 
-/// The time of an event depends on the state, as every derivative of the state does behind it: those of the numbers don't.
+/// Whether a run may have events. Derivatives of AutoDiffScalar would miss that an event's time depends on the parameters, too.
 template <class S>
 inline constexpr bool may_have_events = true;
 template <VectorOfParts S>

@@ -119,8 +119,9 @@ template <class F, class... Arguments>
   requires std::is_void_v<std::invoke_result_t<F&, Arguments...>>
 struct WritesInto<F, Arguments...> : std::true_type {
 };
-/// Why f can't be called. One question after the other: each compiles a generic lambda's body, and std::disjunction asks no more than it must.
-/// @tparam Block, Whole  a block of the state, and all that a force may be given of it, as references that are not const
+/// Why f can't be called. Tests end at the first that holds (std::disjunction): each one compiles a generic lambda's body.
+/// @tparam Block  a block of the state, as a reference that isn't const
+/// @tparam Whole  the state's blocks, likewise
 template <class F, class T, class Block, class... Whole>
 [[nodiscard]] consteval ForceFault fault_of_arguments() {
   if constexpr (std::disjunction_v<WritesInto<F, Whole..., Block, T>, WritesInto<F, Whole..., Block>,

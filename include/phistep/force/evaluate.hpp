@@ -54,7 +54,7 @@ template <class F, class View, class Rate, class Scalar>
   using Traits = ForceTraits<F, View, Rate>;
   static_assert(Refusal<Traits::fault, MotionLike<View>>::is_said);
   if constexpr (Traits::valid) return call_with<Traits::arity>(force, y, t);
-  else return std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(out)))>{};  // so that there is one message only
+  else return std::remove_cvref_t<decltype(std::get<0>(Rate::blocks(out)))>{};  // the assertion is the only error then
 }
 
 /// A result of the wrong size, outside of steps; in a step it becomes Outcome::wrong_size.

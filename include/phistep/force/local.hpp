@@ -122,7 +122,7 @@ class Local : public ForceTerm {
     return sum;
   }
 
-  /// Blocks on the diagonal: `dim` differences give them all.
+  /// A tangent's pattern: dim×dim diagonal blocks, found by `dim` differences.
   [[nodiscard]] static ColumnPattern pattern(Index n) { return band_pattern(n, 0, 0, dim); }
 
   /// f itself, to change its parameters.

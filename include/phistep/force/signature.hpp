@@ -15,8 +15,8 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-// Whether a class has any member of a given name, be it a template or overloaded, which no call that fails tells: beside a
-// second member of that name, taking its address is ambiguous.
+// Whether F has any member of a given name, even a template or overloaded, which no call can test: in a class that derives from F
+// and from one with such a member, taking its address is ambiguous.
 
 struct NameAdd {
   int add;

@@ -77,7 +77,7 @@ constexpr int operator+(A, B) {
 /// The force behind terms and std::reference_wrappers, however they nest.
 template <class F>
 [[nodiscard]] constexpr auto& unwrap(F& force) {
-  // One function, not overloads: from inside a std::reference_wrapper of a user's type, later ones would not be found.
+  // No overloads: with a user's type in a std::reference_wrapper, the recursion would not find those declared further down.
   if constexpr (is_a<std::reference_wrapper, std::remove_const_t<F>>) return unwrap(force.get());
   else if constexpr (std::is_base_of_v<WrappedForce, F>) return unwrap(force.force);
   else return force;

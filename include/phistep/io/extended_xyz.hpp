@@ -25,7 +25,7 @@ namespace phistep { inline namespace PHISTEP_ABI {
 
 /// What a frame holds beside positions and velocities.
 struct FrameInfo {
-  std::vector<std::string> species{"X"};  ///< one for all, or one a particle; of Particles: one for all, or one a type
+  std::vector<std::string> species{"X"};  ///< one for all, or one per particle (Particles: per type)
   bool exact = false;                     ///< as many digits as bring back the same bits, rather than 9
   bool wrapped = false;                   ///< Particles: positions moved into the periodic box
   Eigen::Index dimensions = 0;            ///< of a particle in a flat vector; 0: the vector is one particle

@@ -57,7 +57,7 @@ struct RankStamp {
 }  // namespace detail
 
 /// Writes the parts of each rank. @param ranks  any field that lives on these ranks
-/// @throws CheckpointError on all ranks where one can't write; the save before is then still there, and no part has forgotten anything
+/// @throws CheckpointError on all ranks where one can't write; then the save before is still there, and the parts are unchanged
 template <class Ops, class... Parts>
 void save_on_ranks(const Field<Ops>& ranks, const std::filesystem::path& path, Parts&&... parts) {
   const int rank = Ops::rank(ranks.handle());

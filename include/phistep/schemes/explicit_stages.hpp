@@ -118,7 +118,7 @@ class WeightedSum {
   std::conditional_t<stride != 0, const Scalar*, std::array<Input<Scalar>, used>> k_;
 };
 
-/// @tparam exact  sums with what Scalar's weights lack (WeightedSum)
+/// @tparam exact  sums include what weights lose by rounding (WeightedSum)
 template <State S, std::size_t stages, bool exact = false>
 class ExplicitStages {
  public:

@@ -86,7 +86,7 @@ struct KernelNeeds {
   bool position = true;  ///< it resolves with γ_d ≠ 0, so that K matters
   bool carries = false;  ///< a step may leave Ψ(t+Δt) to the next step
   bool stages = false;   ///< it solves linear equations of stages, not resolves
-  bool shifted = false;  ///< its linear equations have several complex matrices
+  bool shifted = false;  ///< it solves with several (λ/h) M − J, λ complex
   /// What makes up the whole of an explicit step: 1, one kick_drift; 2, a kick after it. 0: a solve follows, or stages.
   int passes = 0;
 };

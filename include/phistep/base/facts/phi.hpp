@@ -59,7 +59,7 @@ inline constexpr bool fixes<FixedPhi<Numerator, Denominator>, halves> = 2 * Nume
 template <class Phi>
 inline constexpr bool is_zero_phi = fixes<Phi, 0>;
 
-/// Where the force is evaluated: at both ends of the step, blended (the source's form), or once at a stage inside it.
+/// Where Ψ is evaluated: at both ends of the step, blended (docs/method.md), or once at a stage inside it.
 enum class Form { endpoint, stage };
 
 /// The φ-method with φ_force weighting Ψ in the velocity (or first-order) update and φ_drift weighting v in r' = v.

@@ -116,7 +116,7 @@ struct StepperInternals {
   [[nodiscard]] static auto mass(auto& stepper) -> decltype((stepper.mass_)) { return stepper.mass_; }
   /// What runs under a tolerance without atol leave for the next.
   [[nodiscard]] static auto kept_sizes(auto& stepper) -> decltype((stepper.sizes_)) { return stepper.sizes_; }
-  /// f(stepper); of one that is several, f(the one at work).
+  /// f(stepper); of one that holds several, f(the one at work).
   template <class Stepper>
   static decltype(auto) chosen(Stepper& stepper, auto&& f) {
     if constexpr (requires { stepper.steppers_; }) return stepper.visit(stepper, f);

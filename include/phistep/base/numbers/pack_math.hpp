@@ -231,7 +231,7 @@ template <class Scalar, int width>
   }
 }
 
-/// a^(−3/2) = 1/(a √a), for 0 < a < ∞ and its cube in range: the law of gravity, softened. By the same estimate,
+/// a^(−3/2) = 1/(a √a), for 0 < a < ∞ with a³ in range: softened gravity's law. With y and e as in rsqrt it is
 /// y³ (1 − e)^(−3/2) = y³ (1 + 3/2 e + 15/8 e² + 35/16 e³ + …).
 template <class Scalar, int width>
 [[nodiscard]] Pack<Scalar, width> rsqrt3(Pack<Scalar, width> a) {

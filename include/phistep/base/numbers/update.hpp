@@ -161,7 +161,7 @@ Witness fill_few(std::ptrdiff_t n, const Kernel& kernel, Scalar* to, Scalars*...
 #if PHISTEP_DETAIL_STREAMS
 inline bool is_packet_aligned(const void* p) { return reinterpret_cast<std::uintptr_t>(p) % 16 == 0; }
 
-/// The same by streaming stores, for one line or more. Outputs sit on 16 bytes and are no inputs.
+/// fill() by stores that bypass the caches, for a cache line or more. Outputs are aligned to 16 bytes and overlap no input.
 template <class Kernel, class Scalar, std::same_as<Scalar>... Scalars>
 [[nodiscard]] FiniteWitness<Scalar> fill_streaming(std::ptrdiff_t i, std::ptrdiff_t end, Kernel kernel, Scalar* to,
                                                    Scalars*... more) {

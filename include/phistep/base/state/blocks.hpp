@@ -38,7 +38,7 @@ concept FieldBlock = requires {
   requires std::remove_cvref_t<T>::is_field;
 };
 
-/// Whether `size` numbers, or Eigen::Dynamic, are few enough for registers and for loops of known length.
+/// Whether `size` is known at compile time, and small enough for registers and loops of known length.
 [[nodiscard]] constexpr bool few_numbers(int size) { return size != Eigen::Dynamic && size <= 64; }
 /// The width of packs for the numbers of a block: those of a few were written one by one, and packs of them would be waited for.
 template <class Block>

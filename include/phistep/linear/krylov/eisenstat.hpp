@@ -211,7 +211,7 @@ class Eisenstat {
     }
     return sum;
   }
-  /// out ← (I + L̃)⁻¹ (x + e t). Returns x·(out + t).
+  /// (2) after t, p = x: out ← (I + L̃)⁻¹ (x + e t). Returns x·(out + t).
   [[gnu::always_inline]] inline Scalar forward(const Vector& x, Vector& out) const {
     Scalar sum{0};
     const Slot *const start = start_.data(), *const column = column_.data();

@@ -87,7 +87,7 @@ class ContactSearch {
       if (positions_.empty()) continue;
       builder_.sort(positions_.data(), static_cast<std::int32_t>(positions_.size() / dim), domain,
                     static_cast<double>(2 * radius + skin), slots_);
-      // Slots in the order of those where the builder has the bodies themselves, not their images.
+      // The level's bodies get slots in the builder's order, images get none.
       for (std::size_t k = 0; k < slots_.size(); ++k) {
         if (!builder_.is_home(k)) continue;
         const std::int32_t i = body_at(static_cast<std::int32_t>(k));

@@ -18,9 +18,9 @@
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
-/// Sorted by place.
-/// @tparam Number  of a place: a pair's, or that of a wall and a body
-/// @tparam keeps_grip  of a law whose springs stiffen with the overlap
+/// The springs of contacts, sorted by their contact's place.
+/// @tparam Number  of a place: that of a pair, or wall and body in one
+/// @tparam keeps_grip  `grip` is kept: springs stiffen with the overlap
 template <class Real, class Number = std::int32_t, bool keeps_grip = false>
 struct SpringTable {
   using Scalar = Real;

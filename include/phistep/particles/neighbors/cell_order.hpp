@@ -129,7 +129,7 @@ class CellOrder {
   void bring_home(std::array<double, dim>& x) const {
     for (std::size_t a = 0; a < dim; ++a) x[a] += domain_.image(a, x[a]) * domain_.length[a];
   }
-  /// Of the cell where a place is; that of the end for what is not finite.
+  /// Key of the cell that x is in; where x isn't finite, one past the last.
   [[nodiscard]] std::uint64_t key_of(const std::array<double, dim>& x) const {
     std::uint64_t key = 0;
     for (std::size_t a = dim; a-- > 0;) {
@@ -187,7 +187,7 @@ class CellOrder {
           const double at = e < particles_ ? r_[e * dim + a] + domain_.image(a, r_[e * dim + a]) * length
                                            : place(images_[e - particles_], a);
           if ((at > lower + range && at < lower + length - range) || !std::isfinite(at)) continue;
-          // Positions beyond the numbers' resolution are not wrapped: those have no images.
+          // 1e9 periods away a position is not wrapped, and has no images.
           const auto from = std::ceil(std::clamp((lower - range - at) / length, -8.0, 9.0));
           const auto to = std::floor(std::clamp((lower + length + range - at) / length, -9.0, 8.0));
           const NeighborList::Slot home = slot_of(e);

@@ -174,7 +174,7 @@ class PairTournament {
     }
     unrolled<at_once>([&](auto b) { unrolled<dim>([&](auto a) { sum(a)[j + b] -= phistep::sum(theirs[b][a]); }); });
   }
-  /// A team among itself, and what those that don't move do to it; the first to write the sums.
+  /// Sums over pairs inside a team, and over particles that don't move. Runs first: it sets sums, games add to them.
   template <class Law>
   [[gnu::flatten]] void train(Law f, std::ptrdiff_t first, std::ptrdiff_t last) const {
     const P numbers = lanes();

@@ -210,8 +210,8 @@ class Pairs : public ForceTerm {
     return static_cast<Scalar>(cutoff() * cutoff());
   }
 
-  /// The list, with the place of each particle.
-  /// @param borrows  an empty memory takes the list at hand, if that serves
+  /// The neighbour list for y. Fills work_.places: where each slot is.
+  /// @param borrows  an empty memory takes the list made last, if that serves
   template <class S>
   const NeighborList& gather(const auto& y, const Memory& memory, bool borrows = false) const {
     using Scalar = typename S::Scalar;

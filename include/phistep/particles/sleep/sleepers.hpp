@@ -94,7 +94,7 @@ struct Sleepers {
     Turn stopped_spin = Turn::Zero();  ///< of ω then, what rolled with v [1/time]
     Vector push = Vector::Zero();      ///< its mean acceleration before [length/time²]
     Turn turn = Turn::Zero();          ///< its mean angular acceleration before [1/time²]
-    bool is_driven = false;            ///< asleep, with what follows known
+    bool is_driven = false;            ///< asleep, drive and twist are known
     Vector drive = Vector::Zero();     ///< its acceleration by terms that may change with time, when it fell asleep
     Turn twist = Turn::Zero();         ///< its angular acceleration by these
 

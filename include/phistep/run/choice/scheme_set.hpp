@@ -50,7 +50,7 @@ template <SuitableScheme scheme>
   else return rodas5p;
 }
 
-/// Of <phistep/sparse.hpp>: the solver of large fields, and what has to be counted to choose it.
+/// Defined in <phistep/sparse.hpp>: the Krylov solver for large sparse fields, and the counts by which it is chosen.
 template <class Scalar>
 struct FieldMatrix;
 

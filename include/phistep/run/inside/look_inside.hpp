@@ -189,7 +189,7 @@ class LookInside {
     return dense_.at(t);
   }
 
-  /// The trace has the slopes of the step: not yet, or already what the next step starts from.
+  /// Whether the trace has this step's slopes: as `start` and `end` or, after advance(), as `before` and `start`.
   [[nodiscard]] bool knows_slopes() const {
     const auto& trace = step_.pace().trace();
     return trace.has_slopes || trace.dt_before != 0;
@@ -299,7 +299,7 @@ class LookInside {
     Trace<Plain> trace;
     StepDoubling<Stepper, S> doubling;
     int left = 0;  // tries that may still fail
-    Plain end;     // the state at the step's end, while others are in its place
+    Plain end;     // the step's end, while the state is one inside the step
     Plain found;   // the state last asked for
   };
 

@@ -233,7 +233,7 @@ class RootSearch {
 
   [[nodiscard]] Root<Scalar> close(Root<Scalar> root, Sample<Scalar> before, Sample<Scalar> after) {
     Sample<Scalar> a = before, b = after;
-    // At t = 0 no width is small beside t; t − t0 is not known better than this.
+    // A bound relative to t is 0 at t = 0; t − t0 has this rounding at least.
     const Scalar least = 2 * std::numeric_limits<Scalar>::epsilon() * std::min(std::abs(start_.t), std::abs(end_.t));
     if (b.g == 0) a = b;
     else close_bracket(a, b, least, [this](Scalar t) { return sample(t).g; });

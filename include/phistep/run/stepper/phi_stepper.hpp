@@ -272,7 +272,7 @@ class PhiStepper {
     if constexpr (requires { Scheme::name(); }) return Scheme::name();
     else return "a scheme of the user's own";
   }
-  /// All that was carried to where the state stands may be wrong: the force may jump there. Its history stays.
+  /// Forgets what steps left for the next, as Ψ: the force may jump here. The force's own history stays.
   void forget_known() {
     kernel_.forget_force();
     working_.forget();

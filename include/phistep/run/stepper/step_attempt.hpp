@@ -160,7 +160,7 @@ class StepAttempt {
   [[nodiscard]] const Pace& pace() const { return pace_; }
   [[nodiscard]] RunClock<Scalar>& clock() { return clock_; }
   [[nodiscard]] const RunClock<Scalar>& clock() const { return clock_; }
-  /// The state as the stepper's own type: a Map's is gathered.
+  /// The state as one that owns its numbers: those of a view (Map) are copied.
   [[nodiscard]] const Plain& plain() { return gathered<S>(state_, gathered_); }
   [[nodiscard]] Scalar t0() const { return from_.t(); }        ///< [time] where the step started
   [[nodiscard]] const Plain& start() const { return start_; }  ///< the state there

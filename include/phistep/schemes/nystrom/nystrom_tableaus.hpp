@@ -123,8 +123,8 @@ struct Rkn1210 {
 //
 //     r(x) = r + xΔt v + Δt² Σ B_j(x) k_j + (3x²−2x³) δ_r + (x³−x²) Δt δ_v,    B_j" = L_j, B_j(0) = B_j'(0) = 0   (1)
 //
-// with δ_r, δ_v what is missing from r⁺, v⁺ at x = 1; v(x) is its derivative. No force is called. What the k_j of the inner
-// stages lack shows in it: the tests tell which orders are left.
+// with δ_r, δ_v what is missing from r⁺, v⁺ at x = 1; v(x) is its derivative. No force is called. Errors of the inner
+// stages' k_j are errors of (1): the tests measure its order.
 
 /// The interpolant of the pair `Tableau`, whose `dense` names the stages to go through.
 template <class Tableau>
@@ -180,7 +180,7 @@ class NystromInterpolant {
     const auto scalar = [](long double weight) { return static_cast<Scalar>(weight); };
     const auto &r0 = position_of<S>(y0), &v0 = velocity_of<S>(y0), &r1 = position_of<S>(y1), &v1 = velocity_of<S>(y1);
     auto &r = position_of<S>(out), &v = velocity_of<S>(out);
-    // With s, t the rise and tilt: s r⁺ + (1 − s) r = r + s (r⁺ − r), and so on.
+    // (1) with δ_r, δ_v written out, sorted by r⁺ − r, v, v⁺ − v and k_j.
     r = r0 + scalar(rise) * (r1 - r0) + dt * (scalar(z - rise) * v0 + scalar(tilt) * (v1 - v0));
     v = v0 + scalar(tilt_rate) * (v1 - v0) + scalar(rise_rate) * ((r1 - r0) / dt - v0);
     for (std::size_t j = 0; j < nodes; ++j) {

@@ -99,8 +99,8 @@ class RadauControl {
   /// Whether the iteration's Jacobian may serve the next step, too: where its contraction θ is 0.03 or less. Hairer & Wanner,
   /// Solving ODEs II, p. 121, ask for 0.001; above 0.03 an old Jacobian costs more iterations than a new one costs force calls.
   [[nodiscard]] static bool is_fast(const RadauIteration& solve) { return solve.contraction() <= 0.03; }
-  /// The |Δt| to be proposed after a step with this error, in units of the tolerance; `success`: the error is allowed.
-  /// @param keeps  the Jacobian is used again: then Δt stays, and its factors with it, where it would hardly grow
+  /// The |Δt| to propose after a step whose error is `error` tolerances. Sets `success`: whether that error is allowed.
+  /// @param keeps  the Jacobian is kept: where Δt would grow by a factor of at most 1.2 it stays, and so do the factors
   [[nodiscard]] double after(double dt, double error, const RadauIteration& solve, bool keeps, bool& success) {
     rate_ = solve.rate();
     failures_ = 0;

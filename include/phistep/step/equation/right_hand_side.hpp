@@ -245,14 +245,14 @@ class RightHandSide {
   }
 
   [[nodiscard]] const ActiveSet* active() const requires takes_active { return std::get<0>(masses_).active(); }
-  /// What is known of the particles outside it, for forces to see.
+  /// What is known of particles outside the active set, for forces to see.
   void set_left_out(const LeftOut& known) requires takes_active {
     if (std::get<0>(masses_).left_out != known) std::get<0>(masses_).left_out = known;
   }
 
   /// Which term of a sum spoils Ψ at (t, y), for messages; −1 where that isn't known.
   [[nodiscard]] int offending_term(Scalar t, const Plain& y) {
-    if constexpr (FieldState<Plain>) return -1;  // ranks that ask again could come to different answers
+    if constexpr (FieldState<Plain>) return -1;  // ranks might not agree on it
     Rate scratch = make_rate<S>(y);
     try {
       return phistep::offending_term(whole_force(), t, view(y), trial_, scratch);

@@ -133,7 +133,7 @@ void put_number(From<Scalar, width> i, Pack<Scalar, width> x, Scalar* to) {
   x.store(to + i.i);
 }
 
-/// The positions that a pass has found, and those that it has left, by their bits.
+/// Fingerprints of the positions as a pass has found and as it has left them.
 struct PositionsSeen {
   std::uint64_t found = 0, left = 0;
 };

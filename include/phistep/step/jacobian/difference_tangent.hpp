@@ -318,7 +318,7 @@ class DifferenceTangent {
 
   Plain probe_;
   Rate probe_rate_;
-  Unknown rounding_, increment_, change_;  // of Ψ; of what moves; of Ψ then
+  Unknown rounding_, increment_, change_;  // of Ψ; of y_j; of Ψ by moving y_j
   bool looks_ = false;
   [[no_unique_address]] Only<patterned, Columns> columns_;
   std::array<double, Rhs::blocks> kick_used_{}, kick_limit_{};  // how far differences reached, and may reach

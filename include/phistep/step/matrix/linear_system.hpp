@@ -52,7 +52,7 @@ struct Tangents {
     if constexpr (has_K) return K.rows();
     else return C.rows();
   }
-  /// The largest |K_ij|/|W_ij| of largest entries row by row: a heavy component must not hide how stiff the others are.
+  /// The largest max_j |K_ij| / max_j |W_ij| of all rows i: by rows, since a heavy component must not hide how stiff others are.
   [[nodiscard]] double largest_share(const Array& W) const {
     if constexpr (has_K)
       if (K.size() > 0)

@@ -5,9 +5,9 @@
 ///     if (!report) std::cout << report;
 ///
 /// · The observed order log₂(e(Δt)/e(Δt/2)) is the one it names, p: between p − 0.4 and p + 0.9 (1.15 p from order 7 on: their
-///   steps are long); states inside of steps follow.
+///   steps are long); inside of steps it is at least min(p, 4) − 0.5.
 /// · A step whose force isn't finite fails and leaves every bit of the state; what follows has the bits of a twin that never failed.
-/// · A step taken back by `checkpoint` and `restore` ends where it did when it is done again, to 1e-13: solves keep their matrix.
+/// · A step taken back by `checkpoint` and `restore` and done again ends where it did, to 1e-13: solves keep their matrix.
 /// · In units 2^20 times as small a run at a fixed Δt has the same bits.
 /// · Under a tolerance the error is at most 100 rtol, inside of steps, too.
 ///

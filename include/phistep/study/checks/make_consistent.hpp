@@ -54,10 +54,10 @@ class ConsistentSolve {
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
   using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-  /// @param residual  residual(x, out) → bool: out = P Ψ at x, false where that isn't finite
+  /// @param residual  residual(x, out): out = P Ψ at x; false: it isn't finite
   /// @param M         n×n
-  /// @param project   project(δ) leaves of a correction what M doesn't see
-  /// @param free      the components that may change; where these are all, M x stays
+  /// @param project   project(δ) leaves of a correction the part with M δ = 0
+  /// @param free      the components that may change; if all may, M x stays
   [[nodiscard]] ConsistentReport operator()(Vector& x, auto&& residual, const Matrix& M, auto&& project,
                                             const std::vector<Eigen::Index>& free) {
     ConsistentReport report;

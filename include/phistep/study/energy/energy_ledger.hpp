@@ -233,14 +233,14 @@ class EnergyLedger : public EnergyBooksOf<Stepper> {
     Energy scheme, solver = dot(middle_, residual_);
     if constexpr (balance == EnergyBalance::verlet) {
       force_.accelerate(before_.sum(), slack_);
-      slack_ = dr_ - h * v0 - h * (h / 2 * slack_);  // δ
+      slack_ = dr_ - h * v0 - h * (h / 2 * slack_);  // δ of (1)
       solver -= dot(slack_, psi_);
       force_.accelerate(psi_, slack_);
       solver += static_cast<Energy>(h) / 2 * dot(residual_, slack_);
       residual_ = after_.sum() - before_.sum();
       scheme = static_cast<Energy>(h) * static_cast<Energy>(h) / 4 * dot(residual_, slack_);
     } else {
-      slack_ = dr_ - h * (drift * v1 + (1 - drift) * v0);  // δ
+      slack_ = dr_ - h * (drift * v1 + (1 - drift) * v0);  // δ of (1)
       solver -= dot(slack_, psi_);
       scheme = -(static_cast<Energy>(drift) - Energy{0.5}) * static_cast<Energy>(h) * dot(dv_, psi_);
     }

@@ -5,10 +5,10 @@
 ///     R(z) = (1 + √2 ζ)/(1 − ζ)²,  ζ = ½(2−√2) z                         TR-BDF2                                       (2)
 ///     (φ_f, φ_d), undamped:  d = 1 + φ_f φ_d a²,  tr = 2 − (φ_f+φ_d) a²/d,  det = 1 + (1−φ_f−φ_d) a²/d,  a = ωΔt       (3)
 ///
-/// (1) is stable where 2 Re z + (1−2φ)|z|² ≤ 0. (3) is stable where φ_f+φ_d ≥ 1 and a² (2φ_f−1)(1−2φ_d) < 4. Velocity Verlet
-/// is the central difference (r⁺−2r+r⁻)/Δt² + C (r⁺−r⁻)/2Δt + K r = 0, whose energy
-/// ½uᵀ(1 − Δt²K/4)u + ½ r̄ᵀK r̄ falls by Δt uᵀC u a step: stable for ωΔt < 2 with any C + Cᵀ ≥ 0. For (0, 1) and (1, 0) the mass
-/// in it is 1 ∓ ½ΔtC instead: ω²Δt² + 2cΔt < 4, and ωΔt < 2, for symmetric C ≥ 0.
+/// (1) is stable where 2 Re z + (1−2φ)|z|² ≤ 0; (3), tr and det being those of one step's 2×2 matrix, where φ_f+φ_d ≥ 1 and
+/// a² (2φ_f−1)(1−2φ_d) < 4. Velocity Verlet is the central difference (r⁺−2r+r⁻)/Δt² + C w + K r = 0, w = (r⁺−r⁻)/2Δt. With
+/// u = (r⁺−r)/Δt and r̄ = ½(r⁺+r), its energy ½uᵀ(1 − Δt²K/4)u + ½ r̄ᵀK r̄ falls by Δt wᵀC w a step: stable for ωΔt < 2 with any
+/// C + Cᵀ ≥ 0. For (0, 1) and (1, 0) the mass in it is 1 ∓ ½ΔtC instead: ω²Δt² + 2cΔt < 4, and ωΔt < 2, for symmetric C ≥ 0.
 ///
 /// R(z) of any other scheme, or its factor on an oscillation, is what its own step makes of y' = zy, or of r'' = −a²r. The end of
 /// its stability is searched along a ray, in steps of a hundredth and less: where the growth exceeds 1e-9 a step.
