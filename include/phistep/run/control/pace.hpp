@@ -111,8 +111,6 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     if constexpr (knows_rounding)
       if (reads_weights_ && norm_.is_automatic()) {
         norm_.automatic().tell_usual(usual_);
-        // A probe's differences are over other lengths: what roundings make of a Jacobian shows, too.
-        if (probe_.is_probing()) for_each_number([](std::size_t, Scalar& x) { x *= 3; }, Blocks<Plain>::all(usual_));
         trace_.usual = &usual_;
       }
     trace_.has_unsized = knows_rounding && norm_.is_automatic() && !norm_.automatic().all_sized();
@@ -292,11 +290,11 @@ class ErrorPace : public VariableStep<ScalarOf<S>> {
     Index found = -1;
     auto& atol = norm_.automatic();
     for_each_number(
-        [&](std::size_t at, Scalar to, Scalar rate) {
+        [&](std::size_t at, Scalar to, Scalar rate, Scalar start) {
           const auto i = static_cast<Index>(at);
-          if (to != 0 && !atol.is_sized(i) && !atol.begins(i, to, told.dt * rate, damps_)) found = i;
+          if (to != 0 && !atol.is_sized(i) && !atol.begins(i, to, told.dt * rate, told.dt * start, damps_)) found = i;
         },
-        Blocks<Plain>::all(next), Blocks<Plain>::all(*told.rate));
+        Blocks<Plain>::all(next), Blocks<Plain>::all(*told.rate), Blocks<Plain>::all(told.start));
     away_ = found;
     return found;
   }

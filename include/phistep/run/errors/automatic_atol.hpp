@@ -152,11 +152,15 @@ class AutomaticAtol {
   /// Until the step is done, the size of a component that had none is |y⁺_i| of this try.
   void bear(Index i, Scalar next) { own_[i] = at_least_normal<Scalar>(std::max(next, std::abs(begun_[i]))); }
   /// Whether a component that had no size, and is `next` at the end of this try, has begun there as Δt^k: k = Δt y'/y⁺ is what powers
-  /// are, or what it was in the try before, which was longer and led farther: that tells its size. @param change  Δt y'
-  [[nodiscard]] bool begins(Index i, Scalar next, Scalar change, bool damps) {
+  /// are, or what it was in the try before, which was longer and led farther: that tells its size. Where k is about 0, something
+  /// holds y⁺ or, if it has blown up, no longer does: then the rate at the start tells.
+  /// @param change, at_start  Δt y' at both ends
+  [[nodiscard]] bool begins(Index i, Scalar next, Scalar change, Scalar at_start, bool damps) {
     const Scalar k = change / next, k_before = std::exchange(power_[i], k), before = std::exchange(begun_[i], next);
-    if (damps ? std::abs(k) <= 64 : -1 <= k && k <= 16) return true;
-    if (8 * std::abs(k - k_before) > std::abs(k) || 2 * std::abs(next) > std::abs(before)) return false;
+    const Scalar rates = std::max(std::abs(change), std::abs(at_start));
+    const bool is_held = rates == 0 || std::abs(next) <= 16 * rates;
+    if (damps ? std::abs(k) <= 64 : -1 <= k && k <= 16 && is_held) return true;
+    if (!is_held || 8 * std::abs(k - k_before) > std::abs(k) || 2 * std::abs(next) > std::abs(before)) return false;
     begun_[i] = before;
     before_ = true;
     return true;

@@ -138,7 +138,7 @@ struct TracedEquation : Eq {
   }
   [[nodiscard]] Outcome show_births(auto&& reach) {
     if constexpr (!FieldState<S>) {
-      if (!trace.has_unsized || kernel.last_solve().is_singular || !has_births()) return Outcome::success;
+      if (!trace.has_unsized || !has_births()) return Outcome::success;
       if (const Outcome bad = reach(); failed(bad)) return bad;
       trace.rate = trace.has_slopes ? &trace.end : nullptr;
       if constexpr (Eq::needs.solver || Eq::needs.stages) {  // these slopes may be of the scheme's own relations
