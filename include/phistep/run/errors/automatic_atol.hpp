@@ -29,6 +29,7 @@
 #include "phistep/base/numbers/arithmetic.hpp"
 #include "phistep/base/state/blocks.hpp"
 #include "phistep/run/errors/tolerance.hpp"
+#include "phistep/step/transaction/trace.hpp"
 
 namespace phistep { inline namespace PHISTEP_ABI {
 
@@ -159,7 +160,7 @@ class AutomaticAtol {
     const Scalar k = change / next, k_before = std::exchange(power_[i], k), before = std::exchange(begun_[i], next);
     const Scalar rates = std::max(std::abs(change), std::abs(at_start));
     const bool is_held = rates == 0 || std::abs(next) <= 16 * rates;
-    if (damps ? std::abs(k) <= 64 : -1 <= k && k <= 16 && is_held) return true;
+    if (damps ? std::abs(k) <= most_power : -1 <= k && k <= 16 && is_held) return true;
     if (!is_held || 8 * std::abs(k - k_before) > std::abs(k) || 2 * std::abs(next) > std::abs(before)) return false;
     begun_[i] = before;
     before_ = true;

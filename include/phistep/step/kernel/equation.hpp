@@ -216,27 +216,28 @@ struct Equation {
   /// @param size  (x) → ‖x‖ in units of the tolerance, or null
   [[nodiscard]] Outcome check_start(const Gamma<Scalar>& gamma, const SolveTolerance<Plain>& allowed, auto&& size) {
     if constexpr (Rhs::may_be_singular) {
+      last_gamma = gamma;
       if (!kernel.algebraic_start().is_due(t, dt, y)) return Outcome::success;
       if constexpr (!needs.stages || needs.shifted) know_start();
       copy_blocks<S>(next, y);  // kept for the failure message
       const Outcome outcome = kernel.algebraic_start().check(
           rhs(), *this, allowed.weight, size,
-          [&](const auto& residual, Plain& response) { return respond(gamma, residual, response, allowed); });
+          [&](const auto& residual, Plain& response) { return respond(gamma, t, y, residual, response, allowed); });
       if (outcome == Outcome::inconsistent_start)
         kernel.transaction().set_inconsistent(kernel.algebraic_start().worst());
       return outcome;
     }
     return Outcome::success;
   }
-  /// response = W⁻¹ γ residual
-  [[nodiscard]] Outcome respond(const Gamma<Scalar>& gamma, const auto& residual, Plain& response,
-                                const SolveTolerance<Plain>& allowed) {
+  /// response = W⁻¹ γ residual, with the step's W or, where there is none, that at (at, x), where psi is Ψ
+  [[nodiscard]] Outcome respond(const Gamma<Scalar>& gamma, Scalar at, const Plain& x, const auto& residual,
+                                Plain& response, const SolveTolerance<Plain>& allowed) {
     set_zero(Blocks<S>::all(response));
     if constexpr (needs.stages) {
       assign_solved<S>(response, gamma.force * in_rate<S>(residual));
       return kernel.resolvent().solve(rhs(), gamma.force, response);
     } else {
-      return kernel.resolvent().respond(rhs(), gamma, t, y, psi, residual, response, allowed);
+      return kernel.resolvent().respond(rhs(), gamma, at, x, psi, residual, response, allowed);
     }
   }
   [[nodiscard, gnu::always_inline]] inline Outcome resolve_from(const Gamma<Scalar>& gamma, Scalar at,

@@ -147,6 +147,11 @@ struct TracedEquation : Eq {
         if constexpr (Eq::Rhs::drifts) position_of<S>(trace.predicted) = velocity_of<S>(next);
         static_cast<void>(divide_by_mass(Blocks<S>::solved(trace.predicted), rhs().masses()));
         trace.rate = &trace.predicted;
+        // What algebraic equations give has no rate. It counts as blown up if they don't hold to half of it.
+        const auto respond = [this](const auto& residual, Plain& x) {
+          return Eq::respond(this->last_gamma, t + dt, next, residual, x, allowed());
+        };
+        return kernel.algebraic_start().add_response(rhs(), psi, 2 * most_power / dt, trace.predicted, respond);
       }
     }
     return Outcome::success;

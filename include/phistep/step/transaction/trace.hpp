@@ -51,6 +51,9 @@ class Smoothness {
   bool is_retry_ = false;
 };
 
+/// |Δt y'/y⁺| of what begins in a damped step is this at most.
+inline constexpr int most_power = 64;
+
 /// @tparam Plain  the owning state; every member is shaped like it
 template <State Plain>
 struct Trace {
