@@ -177,7 +177,7 @@ class SchemeOn<Rosenbrock<Tableau>, S> : public SchemeDefaults {
       });
       const Scalar gamma = static_cast<Scalar>(Tableau::gamma) * eq.dt;
       if (const Outcome bad = eq.see_falling_rates({gamma, gamma}, true); failed(bad)) return bad;
-      return eq.show_births();
+      return eq.look_at_end();
     });
   }
 

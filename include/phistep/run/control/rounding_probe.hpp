@@ -96,8 +96,9 @@ class RoundingProbe {
     const Plain& error = told.error;
     auto& atol = norm.automatic();
     const double n = static_cast<double>(count_of(Blocks<Plain>::all(y)));
-    const auto least = static_cast<Scalar>(0.03 * allowed_ * std::sqrt(n)), rtol = static_cast<Scalar>(rtol_),
-               many = static_cast<Scalar>(std::clamp(0.01 / rtol_, 1.0, 32.0));
+    // An iteration leaves 0.03 of what is allowed.
+    const auto least = static_cast<Scalar>((course_.iterates ? 0.3 : 0.03) * allowed_ * std::sqrt(n)),
+               rtol = static_cast<Scalar>(rtol_), many = static_cast<Scalar>(std::clamp(0.01 / rtol_, 1.0, 32.0));
     const auto is_only_error = [&](Index i, Scalar moved, Scalar before) {
       return many * moved > std::max(atol.most(i), std::abs(before));
     };

@@ -132,7 +132,7 @@ class PhiStepper {
       const auto advance = [&](auto& eq) {
         Outcome outcome = take_step(working_, eq);
         if (!failed(outcome)) outcome = working_.error(eq);
-        if (!needs.stages && !failed(outcome)) outcome = eq.show_births([&] { return working_.reach_end(eq); });
+        if (!needs.stages && !failed(outcome)) outcome = eq.look_at_end([&] { return working_.reach_end(eq); });
         if (failed(outcome)) return outcome;
         if (!accept(eq.y, std::as_const(eq.next), trace)) return Outcome::error_too_large;
         return working_.reach_end(eq);

@@ -186,7 +186,7 @@ class SchemeOn<Radau, S> : public SchemeDefaults {
       return bad;
     }
     if (trace.has_hidden && solver_.drop_old()) return this->template trace_with<s>(eq);
-    if (const Outcome bad = eq.show_births(); failed(bad)) return bad;
+    if (const Outcome bad = eq.look_at_end(); failed(bad)) return bad;
     bool success = false;
     // A Jacobian that the force gives costs less than the iterations that an old one would add.
     pending_keeps_ =

@@ -152,7 +152,7 @@ class SchemeOn<RungeKutta<Tableau>, S> : public SchemeDefaults {
     auto& trace = eq.trace;
     if constexpr (Estimate::needs_end)
       if (const Outcome bad = reach_end(eq); failed(bad)) return bad;
-    if (const Outcome bad = eq.show_births([&] { return reach_end(eq); }); failed(bad)) return bad;
+    if (const Outcome bad = eq.look_at_end([&] { return reach_end(eq); }); failed(bad)) return bad;
     if constexpr (reads_weights)
       if (trace.rate != nullptr) eq.weigh_births();
     Estimate::tell(k_, eq.dt, trace);

@@ -92,12 +92,12 @@ class AlgebraicStart {
     keep_unseen(Blocks<S>::solved(response_), rhs.masses());
     add<S>(step.trace.start, in<S>(response_));
   }
-  /// to += by x at a step's end, where Ψ is psi, for the components that M doesn't see.
-  [[nodiscard]] Outcome add_response(const Rhs& rhs, const Rate& psi, Scalar by, Plain& to, auto&& respond) {
+  /// f(x) at a step's end, where Ψ is psi: (1) of the components that M doesn't see, 0 of the others.
+  [[nodiscard]] Outcome look_at_end(const Rhs& rhs, const Rate& psi, auto&& respond, auto&& f) {
     if (!has_any_ || !leaves_residual(rhs, psi)) return Outcome::success;
     if (const Outcome bad = respond(residual_, response_); failed(bad)) return bad;
     keep_unseen(Blocks<S>::solved(response_), rhs.masses());
-    add_solved<S>(to, by * in<S>(response_));
+    f(response_);
     return Outcome::success;
   }
 
@@ -171,7 +171,7 @@ struct RegularStart {
   static void reached(const auto&...) {}
   static void start_by_force() {}
   static void complete_start(const auto&...) {}
-  [[nodiscard]] static Outcome add_response(const auto&...) { return Outcome::success; }
+  [[nodiscard]] static Outcome look_at_end(const auto&...) { return Outcome::success; }
 };
 
 }}  // namespace phistep::PHISTEP_ABI

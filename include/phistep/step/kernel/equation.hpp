@@ -167,7 +167,7 @@ struct Equation {
   }
 
   /// Whether a component that had no size has begun as a power of Δt.
-  [[nodiscard]] static Outcome show_births(auto&&...) { return Outcome::success; }
+  [[nodiscard]] static Outcome look_at_end(auto&&...) { return Outcome::success; }
 
   // Nothing in a plain step. In a traced one:
 

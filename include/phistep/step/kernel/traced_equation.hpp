@@ -132,26 +132,24 @@ struct TracedEquation : Eq {
   }
 
   /// trace.rate = y' at the end by a force call, where something has begun that had no size: by that shows whether the step has made it
-  /// or blown it up. @param reach  calls the force there, at a place of the scheme's own or in psi
-  [[nodiscard]] Outcome show_births() {
-    return show_births([this] { return reach_end(); });
+  /// or blown it up. Under a singular M what the algebraic equations lack there is an error, too.
+  /// @param reach  calls the force there, at a place of the scheme's own or in psi
+  [[nodiscard]] Outcome look_at_end() {
+    return look_at_end([this] { return reach_end(); });
   }
-  [[nodiscard]] Outcome show_births(auto&& reach) {
+  [[nodiscard]] Outcome look_at_end(auto&& reach) {
     if constexpr (!FieldState<S>) {
-      if (!trace.has_unsized || !has_births()) return Outcome::success;
+      const bool begins = trace.has_unsized && has_births();
+      if (!begins && !kernel.last_solve().is_singular) return Outcome::success;
       if (const Outcome bad = reach(); failed(bad)) return bad;
-      trace.rate = trace.has_slopes ? &trace.end : nullptr;
+      trace.rate = trace.has_slopes && begins ? &trace.end : nullptr;
       if constexpr (Eq::needs.solver || Eq::needs.stages) {  // these slopes may be of the scheme's own relations
         if (!std::exchange(this->ends_with_psi, true)) rhs().evaluate_into(t + dt, next, psi);
         assign_solved<S>(trace.predicted, in_rate<S>(psi));
         if constexpr (Eq::Rhs::drifts) position_of<S>(trace.predicted) = velocity_of<S>(next);
         static_cast<void>(divide_by_mass(Blocks<S>::solved(trace.predicted), rhs().masses()));
-        trace.rate = &trace.predicted;
-        // What algebraic equations give has no rate. It counts as blown up if they don't hold to half of it.
-        const auto respond = [this](const auto& residual, Plain& x) {
-          return Eq::respond(this->last_gamma, t + dt, next, residual, x, allowed());
-        };
-        return kernel.algebraic_start().add_response(rhs(), psi, 2 * most_power / dt, trace.predicted, respond);
+        trace.rate = begins ? &trace.predicted : nullptr;
+        return look_at_algebraic_end();
       }
     }
     return Outcome::success;
@@ -223,6 +221,21 @@ struct TracedEquation : Eq {
     for_each_number([&any](std::size_t, Scalar weight, Scalar to) { any = any || (weight == 0 && to != 0); },
                     Blocks<S>::all(trace.weight), Blocks<S>::all(next));
     return any;
+  }
+  /// What algebraic equations give has no rate. It counts as blown up if they don't hold to half of it.
+  [[nodiscard]] Outcome look_at_algebraic_end() {
+    const auto respond = [this](const auto& residual, Plain& x) {
+      return Eq::respond(this->last_gamma, t + dt, next, residual, x, allowed());
+    };
+    return kernel.algebraic_start().look_at_end(rhs(), psi, respond, [this](const Plain& x) {
+      const Scalar by = 2 * most_power / dt;
+      for_each_number(
+          [by](std::size_t, Scalar lacks, Scalar& rate, Scalar& error) {
+            rate += by * lacks;
+            if (std::abs(lacks) > std::abs(error)) error = lacks;
+          },
+          Blocks<S>::solved(x), Blocks<S>::solved(trace.predicted), Blocks<S>::solved(trace.error));
+    });
   }
   [[nodiscard]] static bool is_not_finite(Outcome outcome) {
     return outcome == Outcome::non_finite_force || outcome == Outcome::non_finite_state;
