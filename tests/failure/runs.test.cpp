@@ -185,7 +185,7 @@ TEST_CASE("options that can't work are refused before anything happens") {
   const auto refused = [&option](const tolerance& control, TimeSpan<double> span = {0, 1}) {
     const RunReport report = refusal(control, span);
     option = report.refused.option != nullptr ? report.refused.option : "";
-    CHECK(option.empty() == (report.outcome != Outcome::invalid_tolerance));
+    CHECK(!option.empty());
     CHECK_THAT(report.message(), contains(option));
     return report.outcome;
   };
@@ -209,6 +209,7 @@ TEST_CASE("options that can't work are refused before anything happens") {
   CHECK(refused(tolerance{.max_steps = -1}) == invalid_tolerance);
   CHECK(option == "max_steps");
   for (const double bad : {inf, -inf}) CHECK(refused(tolerance{}, {0, bad}) == invalid_step);
+  CHECK(option == "t1 - t0");
   Vec y(1, 2);
   PhiStepper stepper{y, decay, trapezoidal};
   CHECK(integrate(stepper, y, {0, NaN}, tolerance{}).outcome == invalid_step);
