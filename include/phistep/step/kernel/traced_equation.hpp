@@ -142,13 +142,15 @@ struct TracedEquation : Eq {
       const bool begins = trace.has_unsized && has_births();
       if (!begins && !kernel.last_solve().is_singular) return Outcome::success;
       if (const Outcome bad = reach(); failed(bad)) return bad;
-      trace.rate = trace.has_slopes && begins ? &trace.end : nullptr;
+      if (begins && trace.has_slopes) trace.rate = &trace.end;
       if constexpr (Eq::needs.solver || Eq::needs.stages) {  // these slopes may be of the scheme's own relations
         if (!std::exchange(this->ends_with_psi, true)) rhs().evaluate_into(t + dt, next, psi);
-        assign_solved<S>(trace.predicted, in_rate<S>(psi));
-        if constexpr (Eq::Rhs::drifts) position_of<S>(trace.predicted) = velocity_of<S>(next);
-        static_cast<void>(divide_by_mass(Blocks<S>::solved(trace.predicted), rhs().masses()));
-        trace.rate = begins ? &trace.predicted : nullptr;
+        if (begins) {
+          assign_solved<S>(trace.predicted, in_rate<S>(psi));
+          if constexpr (Eq::Rhs::drifts) position_of<S>(trace.predicted) = velocity_of<S>(next);
+          static_cast<void>(divide_by_mass(Blocks<S>::solved(trace.predicted), rhs().masses()));
+          trace.rate = &trace.predicted;
+        }
         return look_at_algebraic_end();
       }
     }
@@ -228,7 +230,7 @@ struct TracedEquation : Eq {
       return Eq::respond(this->last_gamma, t + dt, next, residual, x, allowed());
     };
     return kernel.algebraic_start().look_at_end(rhs(), psi, respond, [this](const Plain& x) {
-      const Scalar by = 2 * most_power / dt;
+      const Scalar by = trace.rate == nullptr ? Scalar{0} : 2 * most_power / dt;
       for_each_number(
           [by](std::size_t, Scalar lacks, Scalar& rate, Scalar& error) {
             rate += by * lacks;
